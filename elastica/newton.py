@@ -1,0 +1,195 @@
+"""One Newton iteration for every state: κ and one λ for each distinct segment, at n points at once.
+
+A state with n_j segments of kind j and rise d_j obeys (theory section 3)
+
+    d_j(κ, λ_j) = rise_j        for each distinct segment j
+    Σ n_j ℓ_j(κ, λ_j) = 1       (point regime; in the line regime κ = 0 and the rest lies flat)
+
+so the Jacobian is an arrow, and eliminating the λ_j leaves one pivot, ΣnD = Σ n_j dℓ_j/dκ at fixed rise:
+
+    [ ∂d_1/∂λ_1                        ∂d_1/∂κ ]
+    [              ∂d_2/∂λ_2           ∂d_2/∂κ ]
+    [ n_1 ∂ℓ_1/∂λ_1   n_2 ∂ℓ_2/∂λ_2   Σ n ∂ℓ/∂κ ]
+
+Left out: where to start (`equilibrium`, `sweep`). No point depends on its neighbours.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.segments import geometry, pendulum, steepest
+
+MOST_STEPS = 60
+
+
+class Roots(NamedTuple):
+    """Unknowns of a state at n points: `found` (n,), `kappa` (n,), `lam` (distinct segments, n)."""
+
+    found: np.ndarray
+    kappa: np.ndarray
+    lam: np.ndarray
+
+    @classmethod
+    def none(cls, segments, n):
+        """No root anywhere."""
+        return cls(np.zeros(n, bool), np.full(n, np.nan), np.full((len(segments), n), np.nan))
+
+    def at(self, where):
+        """The roots at some of the points."""
+        return Roots(self.found[where], self.kappa[where], self.lam[:, where])
+
+    def put(self, where, other):
+        """Take over what `other` found at the points `where` (indices)."""
+        self.found[where] = other.found
+        self.kappa[where] = other.kappa
+        self.lam[:, where] = other.lam
+
+
+
+def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
+    """Solve the arrow system from a start; each point stops on its own test.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+        Distinct segments with their number n_j.
+    p, H : ndarray, shape (n,)
+    kappa : ndarray, shape (n,)
+    lam : ndarray, shape (distinct segments, n)
+    bracket : Bracket, optional
+        Two values of κ between which Σnℓ − 1 changes sign; a step that leaves them is replaced by
+        one to their middle.
+    fixed_kappa : bool
+        Hold κ and solve for the rises only (line regime, sweep).
+    most_steps : int
+        Points that need more are not found.
+
+    Returns
+    -------
+    Roots
+    """
+    roots = Roots(np.zeros(p.size, bool), kappa.copy(), lam.copy())
+    live = np.arange(p.size)
+    previous = np.full(p.size, np.inf)
+    for _ in range(most_steps):
+        if not live.size:
+            break
+        p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
+        arrow = arrow_system(segments, p_, H[live], kappa_, lam_)
+        step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
+        if bracket is not None:
+            step_kappa = bracket.confine(live, kappa_, arrow.excess, step_kappa)
+        step_lam = arrow.across + arrow.along * step_kappa
+        size = _relative(step_kappa, step_lam, p_, kappa_, lam_)
+        step_kappa, step_lam = _stay_inside(p_, kappa_, lam_, step_kappa, step_lam)
+        roots.kappa[live] = kappa_ + step_kappa
+        roots.lam[:, live] = lam_ + step_lam
+        converged = _small(size) | _stagnated(size, previous[live])
+        roots.found[live] = converged
+        previous[live] = size
+        live = live[~converged & ~_diverged(size)]
+    return roots
+
+
+class Arrow(NamedTuple):
+    """The arrow system after elimination of the λ_j at n points.
+
+    `excess` is Σnℓ − 1 once the rises are corrected to first order, `pivot` its derivative ΣnD with
+    respect to κ; λ_j changes by `across` + `along` δκ.
+    """
+
+    excess: np.ndarray
+    pivot: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+
+
+def arrow_system(segments, p, H, kappa, lam):
+    """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
+    along, across = np.empty_like(lam), np.empty_like(lam)
+    excess, pivot = -1.0, 0.0
+    for j, ((kind, rises), count) in enumerate(segments.items()):
+        g = geometry(kind, pendulum(p, kappa, lam[j]))
+        along[j] = -g.rise_kappa / g.rise_lam
+        across[j] = (rises * H - g.rise) / g.rise_lam
+        excess = excess + count * (g.length + g.length_lam * across[j])
+        pivot = pivot + count * (g.length_kappa + g.length_lam * along[j])
+    return Arrow(excess, pivot, across, along)
+
+
+class Bracket(NamedTuple):
+    """Interval of κ at n points in which Σnℓ − 1 leaves the sign it has at `low`."""
+
+    low: np.ndarray
+    high: np.ndarray
+    sign_at_low: np.ndarray
+
+    def confine(self, points, kappa, excess, step):
+        """Narrow the interval at `points` by what was found at `kappa`, and keep the step inside."""
+        right = np.sign(excess) == self.sign_at_low[points]
+        low = self.low[points] = np.where(right, kappa, self.low[points])
+        high = self.high[points] = np.where(right, self.high[points], kappa)
+        leaves = ~((kappa + step >= low) & (kappa + step <= high))
+        return np.where(leaves, 0.5 * (low + high) - kappa, step)
+
+
+def regular(segments, p, roots, sign):
+    """Whether a root lies on the branch that comes from small deflections: d_λ > 0, sign·ΣnD > 0.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    regular, pivot = np.ones(p.size, bool), 0.0
+    for j, ((kind, _), count) in enumerate(segments.items()):
+        g = geometry(kind, pendulum(p, roots.kappa, roots.lam[j]))
+        regular &= g.rise_lam > 0
+        pivot = pivot + count * g.D
+    return regular & (sign * pivot > 0)
+
+
+def steepest_angle(segments, p, roots):
+    """Largest |θ| over the segments, shape (n,)."""
+    angles = [
+        steepest(kind, pendulum(p, roots.kappa, lam))
+        for (kind, _), lam in zip(segments, roots.lam, strict=True)
+    ]
+    return np.max(angles, axis=0)
+
+
+def _stay_inside(p, kappa, lam, step_kappa, step_lam):
+    """Shorten a step that would leave κ > 0 or pass the pendulum's separatrix κ² = 2(F + p)."""
+    shrink = np.ones_like(kappa)
+    backwards = kappa + step_kappa < 0
+    if backwards.any():
+        shrink[backwards] = -0.9 * kappa[backwards] / step_kappa[backwards]
+    for _ in range(50):
+        F = np.hypot(p, lam + shrink * step_lam).min(axis=0)
+        outside = (kappa + shrink * step_kappa) ** 2 >= 2 * (F + p) * (1 - 1e-15)
+        if not outside.any():
+            break
+        shrink[outside] *= 0.5
+    return shrink * step_kappa, shrink * step_lam
+
+
+def _relative(step_kappa, step_lam, p, kappa, lam):
+    """Size of a step relative to the state: κ and λ/√F are both curvatures."""
+    root_F = np.sqrt(np.hypot(p, lam))
+    scale = np.maximum(kappa, np.abs(lam / root_F).max(axis=0))
+    step = np.maximum(np.abs(step_kappa), np.abs(step_lam / root_F).max(axis=0))
+    return step / scale
+
+
+def _small(size):
+    """Quadratic convergence: the step after one of 1e-9 is below rounding."""
+    return size < 1e-9
+
+
+def _stagnated(size, previous):
+    """Steps that are rounding noise of an ill-conditioned point: small, and no longer shrinking."""
+    return (size < 1e-5) & (size > 0.5 * previous)
+
+
+def _diverged(size):
+    return ~np.isfinite(size)

@@ -1,0 +1,180 @@
+"""Names of states: what they mean, their canonical form, and the segments they are made of.
+
+    0            straight
+    B1 B2 …      free buckling in mode n, no contact
+    U UD UU …    the walls touched, from end A to end B (U upper, D lower)
+    a… …a        the end segment on that side is of kind A: the strip first bends away from the wall
+    …-           line regime: the contacts are lines, κ = 0
+    …:2 :3       further roots of the same word, by increasing κ
+"""
+
+import re
+from collections import Counter
+from itertools import product
+from typing import NamedTuple
+
+from elastica.ends import End, parse_ends
+from elastica.segments import HALF, Kind
+
+GRAMMAR = re.compile(
+    r"(?P<straight>0)|B(?P<mode>[1-9]\d{0,3})"
+    r"|(?P<a>a?)(?P<word>[UD]+)(?P<b>a?)(?P<line>-?)(?::(?P<root>[1-9]\d?))?"
+)
+MOST_CONTACTS = 1
+
+
+class Segment(NamedTuple):
+    """A kind of segment and its rise in multiples of H."""
+
+    kind: Kind
+    rise: int
+
+
+class State(NamedTuple):
+    """A parsed name. `word` is empty without contact; `mode` is 0 except for B1, B2, …"""
+
+    name: str
+    mode: int = 0
+    word: str = ""
+    kind_a: tuple[bool, bool] = (False, False)
+    line: bool = False
+    root: int = 1
+
+    @property
+    def straight(self):
+        """Whether this is the straight strip."""
+        return not self.mode and not self.word
+
+    def segments(self, ends):
+        """Free segments from end A to end B, each in its rising convention.
+
+        Returns
+        -------
+        tuple of Segment
+            Empty for the straight strip.
+        """
+        ends = parse_ends(ends)
+        pins = [end is End.PINNED for end in ends]
+        if self.straight:
+            return ()
+        if self.mode:
+            if all(pins):
+                return (Segment(Kind(HALF - self.mode, HALF), 0),)
+            start = HALF - self.mode if any(pins) else -self.mode
+            return (Segment(Kind(start, 1), 0),)
+        first, last = (
+            Segment(Kind((HALF if pin else 0) - kind_a, 1), 1)
+            for pin, kind_a in zip(pins, self.kind_a, strict=True)
+        )
+        inner = (
+            Segment(Kind(0, 1), 2) if left != right else Segment(Kind(-1, 1), 0)
+            for left, right in zip(self.word, self.word[1:], strict=False)
+        )
+        return (first, *inner, last)
+
+    def distinct_segments(self, ends):
+        """Kinds of segment with their number: the unknowns of the state, whatever the order."""
+        return Counter(self.segments(ends))
+
+
+def parse_state(name, ends="clamped-clamped"):
+    """Read the name of a state and bring it to its canonical form for these ends.
+
+    Of mirror images the canonical one starts with U and, where both ends are alike, comes last in
+    the alphabet of the name and its reversal.
+
+    Parameters
+    ----------
+    name : str
+    ends : str or Ends
+
+    Returns
+    -------
+    State
+
+    Raises
+    ------
+    ValueError
+        If the name does not follow the grammar or has no meaning for these ends.
+    """
+    ends = parse_ends(ends)
+    match = GRAMMAR.fullmatch(name) if isinstance(name, str) else None
+    if match is None:
+        raise ValueError(
+            f"state = {name!r} is not known; use 0, B1, B2, … or a contact word such as U, Ua, aUa, U-"
+        )
+    if match["straight"]:
+        return State("0")
+    if match["mode"]:
+        return State(f"B{match['mode']}", mode=int(match["mode"]))
+    word, kind_a = match["word"], (bool(match["a"]), bool(match["b"]))
+    line, root = bool(match["line"]), int(match["root"] or 1)
+    if len(word) > MOST_CONTACTS:
+        raise ValueError(
+            f"state = {name!r} has {len(word)} contacts; at most {MOST_CONTACTS} can be solved"
+        )
+    if line:
+        if "UU" in word or "DD" in word:
+            raise ValueError(
+                f"state = {name!r}: a wall touched twice in a row has no line regime; "
+                "leave out the '-' or the repeated letter"
+            )
+        for side, end, is_a in zip("AB", ends, kind_a, strict=True):
+            if is_a and end is End.CLAMPED:
+                raise ValueError(
+                    f"state = {name!r}: at the clamped end {side} a line state has one kind of end "
+                    "segment; leave out the 'a'"
+                )
+    upper = _from_upper(word)
+    if ends.alike:
+        back = _from_upper(word[::-1])
+        images = (upper, kind_a), (back, kind_a[::-1])
+        upper, kind_a = max(images, key=lambda image: _spell(*image).casefold())
+    spelled = _spell(upper, kind_a) + "-" * line + (f":{root}" if root > 1 else "")
+    return State(spelled, word=upper, kind_a=kind_a, line=line, root=root)
+
+
+def _from_upper(word):
+    return word if word[0] == "U" else word.translate(str.maketrans("UD", "DU"))
+
+
+def _spell(word, kind_a):
+    return "a" * kind_a[0] + word + "a" * kind_a[1]
+
+
+def states(ends="clamped-clamped", max_contacts=1):
+    """Canonical names of the states with up to `max_contacts` contacts.
+
+    Parameters
+    ----------
+    ends : str or Ends
+    max_contacts : int
+        From 0 to the largest number that can be solved.
+
+    Returns
+    -------
+    list of str
+        `0`, `B1` … `B(max_contacts + 1)`, then the contact words, point before line regime.
+
+    Raises
+    ------
+    ValueError
+        If `max_contacts` is out of range.
+    """
+    ends = parse_ends(ends)
+    if not isinstance(max_contacts, int) or not 0 <= max_contacts <= MOST_CONTACTS:
+        raise ValueError(f"max_contacts = {max_contacts!r}; use a whole number from 0 to {MOST_CONTACTS}")
+    names = ["0", *(f"B{mode}" for mode in range(1, max_contacts + 2))]
+    for contacts in range(1, max_contacts + 1):
+        words = ("U" + "".join(rest) for rest in product("UD", repeat=contacts - 1))
+        patterns = product(words, ("", "-"), ("", "a"), ("", "a"))
+        names += [a + word + b + line for word, line, a, b in patterns]
+    return [name for name in names if is_canonical(name, ends)]
+
+
+def is_canonical(name, ends):
+    """Whether `name` is the canonical name of a state of a strip with these ends."""
+    try:
+        return parse_state(name, ends).name == name
+    except ValueError:
+        return False
