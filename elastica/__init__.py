@@ -1,0 +1,13 @@
+"""Equilibria and stability of an elastic strip between two walls, in closed form.
+
+>>> import elastica
+>>> s = elastica.solve("U", P=[2.0, 2.5], H=0.1, ends="clamped-clamped")
+>>> s.stability.tolist()
+[0, 0]
+"""
+
+from elastica.codes import Stability, Status
+from elastica.solution import Solution, solve
+from elastica.states import states
+
+__all__ = ["Solution", "Stability", "Status", "solve", "states"]

@@ -62,14 +62,14 @@ def _line(segments, p, H):
     root without passing it.
     """
     roots = Roots.none(segments, p.size)
-    turns = np.array([(kind.first + kind.second) * np.pi / 2 for kind, _ in segments])
-    rises = np.array([rise for _, rise in segments])
+    turns = np.array([(kind.first + kind.second) * np.pi / 2 for kind, *_ in segments])
+    rises = np.array([segment.rise for segment in segments])
     scaled = np.max(rises / turns) * H * np.sqrt(p)
     below = np.flatnonzero(scaled <= LINE_FOLD)
     p, H = p[below], H[below]
     lam = p * np.sqrt(p) * H * (rises / turns)[:, None]
     line = newton(segments, p, H, np.zeros_like(p), lam, fixed_kappa=True)
-    for j, (kind, _) in enumerate(segments):
+    for j, (kind, *_) in enumerate(segments):
         line.found[:] &= geometry(kind, pendulum(p, line.kappa, line.lam[j])).rise_lam > 0
     roots.put(below, line)
     return roots
@@ -82,7 +82,7 @@ def _free(segments, p, onset):
     ln(4/√m₁) overestimates their amplitude, and as the length grows with κ Newton comes down to the
     root. The other modes start from their initial post-buckling, P/P_n − 1 ≈ 0.11 κ²/p.
     """
-    ((kind, _),) = segments
+    ((kind, *_),) = segments
     roots = Roots.none(segments, p.size)
     buckled = np.flatnonzero(np.sqrt(p) > onset)
     p = p[buckled]
@@ -138,18 +138,16 @@ def _small_deflection(segments, p, H):
     """
     p = np.maximum(p, TINY_THRUST)
     root_p = np.sqrt(p)
-    first = sum(count * kind.first for (kind, _), count in segments.items())
-    second = sum(count * kind.second for (kind, _), count in segments.items())
+    first = sum(count * kind.first for (kind, *_), count in segments.items())
+    second = sum(count * kind.second for (kind, *_), count in segments.items())
     phi = (root_p - first * np.pi / 2) / second
     phi = np.minimum(phi, np.pi / 2 - 1e-3)
     tan = np.tan(phi)
-    kappa = np.mean(
-        [
-            p * rises * H / (kind.second + (kind.first * np.pi / 2 + kind.second * phi) * tan)
-            for kind, rises in segments
-        ],
-        axis=0,
-    )
+    kappas = [
+        p * (end - start) * H / (kind.second + (kind.first * np.pi / 2 + kind.second * phi) * tan)
+        for kind, start, end in segments
+    ]
+    kappa = np.mean(kappas, axis=0)
     return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
 
 
@@ -169,5 +167,5 @@ def _along(segments, roots, p, H, sign):
 def _total_length(segments, p, roots):
     return sum(
         count * length(kind, pendulum(p, roots.kappa, lam))
-        for ((kind, _), count), lam in zip(segments.items(), roots.lam, strict=True)
+        for ((kind, *_), count), lam in zip(segments.items(), roots.lam, strict=True)
     )

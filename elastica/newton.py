@@ -109,10 +109,10 @@ def arrow_system(segments, p, H, kappa, lam):
     """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
     along, across = np.empty_like(lam), np.empty_like(lam)
     excess, pivot = -1.0, 0.0
-    for j, ((kind, rises), count) in enumerate(segments.items()):
-        g = geometry(kind, pendulum(p, kappa, lam[j]))
+    for j, (segment, count) in enumerate(segments.items()):
+        g = geometry(segment.kind, pendulum(p, kappa, lam[j]))
         along[j] = -g.rise_kappa / g.rise_lam
-        across[j] = (rises * H - g.rise) / g.rise_lam
+        across[j] = (segment.rise * H - g.rise) / g.rise_lam
         excess = excess + count * (g.length + g.length_lam * across[j])
         pivot = pivot + count * (g.length_kappa + g.length_lam * along[j])
     return Arrow(excess, pivot, across, along)
@@ -142,8 +142,8 @@ def regular(segments, p, roots, sign):
     ndarray of bool, shape (n,)
     """
     regular, pivot = np.ones(p.size, bool), 0.0
-    for j, ((kind, _), count) in enumerate(segments.items()):
-        g = geometry(kind, pendulum(p, roots.kappa, roots.lam[j]))
+    for j, (segment, count) in enumerate(segments.items()):
+        g = geometry(segment.kind, pendulum(p, roots.kappa, roots.lam[j]))
         regular &= g.rise_lam > 0
         pivot = pivot + count * g.D
     return regular & (sign * pivot > 0)
@@ -152,8 +152,8 @@ def regular(segments, p, roots, sign):
 def steepest_angle(segments, p, roots):
     """Largest |θ| over the segments, shape (n,)."""
     angles = [
-        steepest(kind, pendulum(p, roots.kappa, lam))
-        for (kind, _), lam in zip(segments, roots.lam, strict=True)
+        steepest(segment.kind, pendulum(p, roots.kappa, lam))
+        for segment, lam in zip(segments, roots.lam, strict=True)
     ]
     return np.max(angles, axis=0)
 

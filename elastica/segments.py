@@ -125,6 +125,11 @@ def pendulum(p, kappa, lam):
     return Pendulum(p, kappa, lam, F, r, m, m1, sin_half, cos_half, K, DK, f, Df)
 
 
+def start_phase(kind, q):
+    """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
+    return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
+
+
 def length(kind, q):
     """Length ℓ = ΔF/√F of a segment of `kind` on the pendulum `q`."""
     return (kind.first * q.K + kind.second * q.f) / q.r

@@ -24,10 +24,16 @@ MOST_CONTACTS = 1
 
 
 class Segment(NamedTuple):
-    """A kind of segment and its rise in multiples of H."""
+    """A kind of segment with the heights of its two ends in multiples of H."""
 
     kind: Kind
-    rise: int
+    start: int
+    end: int
+
+    @property
+    def rise(self):
+        """Height gained, in multiples of H."""
+        return self.end - self.start
 
 
 class State(NamedTuple):
@@ -59,15 +65,15 @@ class State(NamedTuple):
             return ()
         if self.mode:
             if all(pins):
-                return (Segment(Kind(HALF - self.mode, HALF), 0),)
+                return (Segment(Kind(HALF - self.mode, HALF), 0, 0),)
             start = HALF - self.mode if any(pins) else -self.mode
-            return (Segment(Kind(start, 1), 0),)
+            return (Segment(Kind(start, 1), 0, 0),)
         first, last = (
-            Segment(Kind((HALF if pin else 0) - kind_a, 1), 1)
+            Segment(Kind((HALF if pin else 0) - kind_a, 1), 0, 1)
             for pin, kind_a in zip(pins, self.kind_a, strict=True)
         )
         inner = (
-            Segment(Kind(0, 1), 2) if left != right else Segment(Kind(-1, 1), 0)
+            Segment(Kind(0, 1), -1, 1) if left != right else Segment(Kind(-1, 1), 1, 1)
             for left, right in zip(self.word, self.word[1:], strict=False)
         )
         return (first, *inner, last)

@@ -1,0 +1,24 @@
+"""Codes of the flags that solutions and datasets carry."""
+
+from enum import IntEnum
+
+
+class Status(IntEnum):
+    """What became of a state at a point."""
+
+    SOLVED = 0
+    NO_EQUILIBRIUM = 1
+    INADMISSIBLE = 2
+    FAILED = 3
+    NOT_COMPUTED = -1
+
+
+class Stability(IntEnum):
+    """Verdict on a solved state, from the second variation with moving contacts."""
+
+    STABLE = 0
+    UNSTABLE = 1
+    UNSTABLE_THIRD_ORDER = 2
+    NEUTRAL_FAMILY = 3
+    CRITICAL = 4
+    NOT_SOLVED = -1

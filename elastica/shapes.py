@@ -1,0 +1,111 @@
+"""Angle and position along the strip, by Jacobi functions.
+
+Every free segment is evaluated in its rising convention and put in place: mirrored where it falls, reversed
+where it leads from the last contact to end B. Flat stretches lie straight on their wall.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ellipeinc, ellipj
+
+from elastica.codes import Status
+from elastica.segments import pendulum, start_phase
+
+FOUR_PI_SQUARED = 4 * np.pi**2
+WALL = {"U": 1, "D": -1}
+
+
+class Shape(NamedTuple):
+    """The strip at arc lengths `s` (samples,): `theta`, `x`, `y` of shape (..., samples)."""
+
+    s: np.ndarray
+    theta: np.ndarray
+    x: np.ndarray
+    y: np.ndarray
+
+
+def sample(solution, samples):
+    """Points of the strip at equidistant arc lengths from end A to end B.
+
+    Parameters
+    ----------
+    solution : Solution
+    samples : int
+        At least 2.
+
+    Returns
+    -------
+    Shape
+        NaN where there is no equilibrium.
+
+    Raises
+    ------
+    ValueError
+        If `samples` is not a whole number above 1.
+    """
+    if not isinstance(samples, (int, np.integer)) or samples < 2:
+        raise ValueError(f"samples = {samples!r}; ask for at least two points along the strip")
+    s = np.linspace(0, 1, samples)
+    n = solution.status.size
+    theta, x, y = np.full((3, n, samples), np.nan)
+    exists = np.flatnonzero(np.isin(solution.status, (Status.SOLVED, Status.INADMISSIBLE)).ravel())
+    if solution.state.straight:
+        theta[exists], x[exists], y[exists] = 0.0, s, 0.0
+    else:
+        theta[exists], x[exists], y[exists] = _bent(solution, exists, s)
+    shape = (*solution.status.shape, samples)
+    return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
+
+
+def _bent(solution, points, s):
+    """θ, x, y at the given flat indices, each of shape (points, samples)."""
+    state = solution.state
+    segments = state.segments(solution.ends)
+    p = FOUR_PI_SQUARED * solution.P.ravel()[points]
+    H = solution.H.ravel()[points, None]
+    kappa = solution.curvature.ravel()[points]
+    lam, lengths = (
+        field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths)
+    )
+    flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
+    walls = [WALL[letter] for letter in state.word]
+    last = len(segments) - 1
+    theta, y = np.zeros((2, points.size, s.size))
+    x = np.zeros_like(y)
+    begin = np.zeros((points.size, 1))
+    x_begin = np.zeros((points.size, 1))
+    for i, segment in enumerate(segments):
+        q = pendulum(p, kappa, lam[i])
+        ell = lengths[i][:, None]
+        reverse = bool(walls) and i == last
+        side = 1 if not walls else walls[min(i, len(walls) - 1)]
+        along = np.clip(s - begin, 0, ell)
+        angle, advance, height = _segment(segment.kind, q, ell - along if reverse else along)
+        whole = _segment(segment.kind, q, ell)[1]
+        # Later segments overwrite, so that the last sample belongs to the last one despite rounding.
+        inside = (s > begin) | (i == 0)
+        theta = np.where(inside, side * (-angle if reverse else angle), theta)
+        x = np.where(inside, x_begin + (whole - advance if reverse else advance), x)
+        y = np.where(inside, side * (segment.start * H + height), y)
+        begin, x_begin = begin + ell, x_begin + whole
+        if i < len(walls):
+            lies = s > begin
+            x = np.where(lies, x_begin + s - begin, x)
+            y = np.where(lies, walls[i] * H, y)
+            theta = np.where(lies, 0.0, theta)
+            begin, x_begin = begin + flat, x_begin + flat
+    return theta, x, y
+
+
+def _segment(kind, q, along):
+    """θ, advance in x and rise at arc lengths `along` (n, samples) from the start of a segment."""
+    m, r, F = (field[:, None] for field in (q.m, q.r, q.F))
+    sin_alpha, cos_alpha = (force[:, None] / F for force in (q.lam, q.p))
+    u = start_phase(kind, q)[:, None]
+    _, cn_start, _, phi_start = ellipj(u, m)
+    sn, cn, _, phi = ellipj(u + r * along, m)
+    bent = 2 * r * np.sqrt(m) * (cn_start - cn) / F
+    stretch = 2 * (ellipeinc(phi, m) - ellipeinc(phi_start, m)) / r - along
+    theta = q.alpha[:, None] + 2 * np.arcsin(np.sqrt(m) * sn)
+    return theta, cos_alpha * stretch - sin_alpha * bent, cos_alpha * bent + sin_alpha * stretch

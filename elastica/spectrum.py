@@ -1,0 +1,201 @@
+"""Eigenvalues of the second variation with moving contacts, by Legendre elements.
+
+Each free segment is one element with the two linear vertex functions and integrated Legendre polynomials
+as bubbles; these are orthonormal in ∫φ'g', so the stiffness of an element is
+
+             v₀   v₁   bubbles
+        v₀ [  1   −1     0   ]
+    1/ℓ v₁ [ −1    1     0   ]      contacts and pinned ends share a vertex, clamps and the ends of
+  bubbles  [  0    0     I   ]      lines drop it; the reaction adds μ/κ to a contact's vertex
+
+and Q differs from it by something compact. Each segment's height constraint is eliminated by an orthogonal
+basis of its null space. The pencil (Q, ∫φ²) is solved shifted and inverted, 1/(ν + σ): so the low
+eigenvalues keep the digits that the largest one, ∝ (terms)⁴, would take.
+
+Symmetric states are solved by halves: rotations of the middle contact are free in even, zero in odd modes.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
+from scipy.special import ellipj
+
+from elastica.codes import Status
+from elastica.ends import End
+from elastica.euler import euler_root
+from elastica.segments import pendulum, start_phase
+
+FOUR_PI_SQUARED = 4 * np.pi**2
+TERMS_FOR_PHASE = {7.5: 28, 14.0: 64, 24.0: 112, 50.0: 224, np.inf: 448}
+"""Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
+real axis, so eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
+BATCH = 1024
+
+
+def eigenvalues(solution, count):
+    """The `count` lowest eigenvalues of Q at every solved point of a solution.
+
+    Parameters
+    ----------
+    solution : Solution
+    count : int
+        At least 1.
+
+    Returns
+    -------
+    ndarray, shape (..., count)
+        Ascending, EI = L = 1, weight ∫φ² ds; NaN where not solved. Of a line state those of its free
+        segments, the exact zero of a clamped one as 0.0.
+
+    Raises
+    ------
+    ValueError
+        If `count` is not a positive whole number.
+    """
+    if not isinstance(count, (int, np.integer)) or count < 1:
+        raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
+    shape = solution.status.shape
+    result = np.full((solution.status.size, count), np.nan)
+    solved = np.flatnonzero(solution.status == Status.SOLVED)
+    p = FOUR_PI_SQUARED * solution.P.ravel()[solved]
+    if solution.state.straight:
+        result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
+        return result.reshape(*shape, count)
+    kappa = solution.curvature.ravel()[solved]
+    lam = solution.lam.reshape(-1, solution.lam.shape[-1])[solved]
+    lengths = solution.lengths.reshape(-1, solution.lengths.shape[-1])[solved]
+    phase = (np.sqrt(np.hypot(p[:, None], lam)) * lengths).max(axis=1)
+    lower = 0.0
+    for upper, terms in TERMS_FOR_PHASE.items():
+        group = np.flatnonzero((phase > lower) & (phase <= upper))
+        lower = upper
+        for points in np.array_split(group, range(BATCH, group.size, BATCH)):
+            result[solved[points]] = _lowest(
+                solution, p[points], kappa[points], lam[points], lengths[points], terms + count, count
+            )
+    return result.reshape(*shape, count)
+
+
+class Elements(NamedTuple):
+    """A chain of free segments: (n,) arrays in lists, one entry a segment, and the vertex conditions.
+
+    `vertex[i]` belongs to the start of segment i, the last one to the end of the chain: None where
+    φ = 0, otherwise the coefficient of φ² in Q, shape (n,).
+    """
+
+    kinds: list
+    reverse: list
+    pendulums: list
+    lengths: list
+    vertex: list
+
+
+def _lowest(solution, p, kappa, lam, lengths, terms, count):
+    """Eigenvalues of a batch, shape (n, count)."""
+    state, ends = solution.state, solution.ends
+    kinds = [segment.kind for segment in state.segments(ends)]
+    last = len(kinds) - 1
+    pendulums = [pendulum(p, kappa, values) for values in lam.T]
+    free = np.zeros_like(p)
+    edge = [None if end is End.CLAMPED else free for end in ends]
+    reaction = [None if state.line else (a + b) / kappa for a, b in zip(lam.T, lam.T[1:], strict=False)]
+    whole = Elements(
+        kinds,
+        [bool(state.word) and i == last for i in range(last + 1)],
+        pendulums,
+        list(lengths.T),
+        [edge[0], *reaction, edge[1]],
+    )
+    if state.line:
+        values = [_spectrum(_part(whole, i, i + 1), terms, count) for i in range(last + 1)]
+        for i, end in ((0, ends.A), (last, ends.B)):
+            if end is End.CLAMPED:
+                nearest = np.abs(values[i]).argmin(axis=1)
+                np.put_along_axis(values[i], nearest[:, None], 0.0, axis=1)
+    elif _symmetric(state, ends):
+        half = _part(whole, 0, (last + 1) // 2)
+        even = half._replace(vertex=[*half.vertex[:-1], 0.5 * half.vertex[-1]])
+        odd = half._replace(vertex=[*half.vertex[:-1], None])
+        values = [_spectrum(part, terms, count) for part in (even, odd)]
+    else:
+        values = [_spectrum(whole, terms, count)]
+    return np.sort(np.concatenate(values, axis=1), axis=1)[:, :count]
+
+
+def _part(elements, first, last):
+    """Segments first … last − 1 of a chain."""
+    return Elements(*(field[first:last] for field in elements[:-1]), elements.vertex[first : last + 1])
+
+
+def _symmetric(state, ends):
+    """Whether the state is its own mirror image about a contact in its middle."""
+    like = ends.alike and state.kind_a[0] == state.kind_a[1]
+    return like and len(state.word) % 2 == 1 and state.word == state.word[::-1]
+
+
+def _spectrum(elements, terms, count):
+    """Lowest eigenvalues of one chain of elements, shape (n, count)."""
+    vertices = [i for i, spring in enumerate(elements.vertex) if spring is not None]
+    size = len(vertices) + terms * len(elements.kinds)
+    n = elements.lengths[0].size
+    Q, mass = np.zeros((2, n, size, size))
+    heights = np.zeros((n, size, len(elements.kinds)))
+    for i, (kind, reverse, q, ell) in enumerate(
+        zip(elements.kinds, elements.reverse, elements.pendulums, elements.lengths, strict=True)
+    ):
+        local = [v for v in (0, 1) if i + v in vertices]
+        place = [vertices.index(i + v) for v in local]
+        place += range(len(vertices) + i * terms, len(vertices) + (i + 1) * terms)
+        local += range(2, terms + 2)
+        stiffness, inertia, height = _element(kind, reverse, q, ell, terms)
+        block, rows = np.ix_(range(n), place, place), np.ix_(local, local)
+        Q[block] += stiffness[:, rows[0], rows[1]]
+        mass[block] += inertia[:, rows[0], rows[1]]
+        heights[:, place, i] = height[:, local]
+    for place, vertex in enumerate(vertices):
+        Q[:, place, place] += elements.vertex[vertex]
+    basis = np.linalg.qr(heights, mode="complete")[0][:, :, len(elements.kinds) :]
+    across = basis.transpose(0, 2, 1)
+    # Q ≥ −F ∫φ², since the reactions of a solved state push.
+    shift = np.max([q.F for q in elements.pendulums], axis=0)[:, None]
+    Q, mass = across @ Q @ basis, across @ mass @ basis
+    lower = np.linalg.inv(np.linalg.cholesky(Q + shift[:, :, None] * mass))
+    inverse = np.linalg.eigvalsh(lower @ mass @ lower.transpose(0, 2, 1))
+    return 1 / inverse[:, ::-1][:, :count] - shift
+
+
+def _element(kind, reverse, q, ell, terms):
+    """Q, mass and height constraint of one segment, local order v₀, v₁, bubbles."""
+    points, weights, basis, stiffness, inertia = _reference(terms)
+    sn = ellipj(start_phase(kind, q)[:, None] + (q.r * ell)[:, None] * points, q.m[:, None])[0]
+    psi = 2 * np.arcsin(np.sqrt(q.m)[:, None] * sn)
+    if reverse:
+        basis = basis[::-1]
+    weighted = basis.T * (weights * ell[:, None] * q.F[:, None] * np.cos(psi))[:, None, :]
+    Q = stiffness / ell[:, None, None] - weighted @ basis
+    cos_theta = np.cos(psi + q.alpha[:, None])
+    height = ((weights * ell[:, None] * cos_theta)[:, None, :] @ basis)[:, 0]
+    return Q, inertia * ell[:, None, None], height
+
+
+@cache
+def _reference(terms):
+    """Quadrature and the basis v₀, v₁, integrated Legendre bubbles on [0, 1].
+
+    Returns
+    -------
+    points, weights : ndarray, shape (2·terms,)
+    basis : ndarray, shape (2·terms, terms + 2)
+    stiffness, mass : ndarray, shape (terms + 2, terms + 2)
+    """
+    x, weights = leggauss(2 * terms)
+    points, weights = (x + 1) / 2, weights / 2
+    legendre = legvander(x, terms + 1)
+    k = np.arange(1, terms + 1)
+    bubbles = (legendre[:, 2:] - legendre[:, :-2]) / (2 * np.sqrt(2 * k + 1))
+    basis = np.column_stack([1 - points, points, bubbles])
+    stiffness = np.eye(terms + 2)
+    stiffness[0, 1] = stiffness[1, 0] = -1
+    return points, weights, basis, stiffness, (basis.T * weights) @ basis

@@ -1,0 +1,93 @@
+"""Exact index, nullity and verdict of an equilibrium whose contacts are free to move.
+
+The second variation with moving contacts (theory section 4)
+
+    Q(φ) = ∫ φ'² − (p cos θ + λ sin θ) φ² ds + Σ_contacts (μ/κ) φ(s_c)²
+
+on the φ that vanish at clamps and keep each contact's height to first order couples the segments only
+through φ at the contacts. Its index is therefore the sum of the segments' indices with both ends held
+plus the index of a small matrix of end-rotation stiffnesses. With D_j = dℓ_j/dκ at fixed rise that matrix
+is −(1/κ) Σ v_j v_jᵀ/D_j (the reactions cancel), which leaves
+
+    index = Σ_j (held_j + [D_j > 0]) − [ΣD > 0].
+
+Held ends: between consecutive turning points, a pin counting as one, the rotation field has exactly one
+conjugate point; the sign of ℓ_κ decides about one more, and the height constraint takes one away where the
+height grows with λ at fixed length:
+
+    held_j = T_j − 1 + [ℓ_κ < 0] − [d_λ D_j ℓ_κ > 0]        (T_j turning points, pinned ends included).
+
+For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 0, 2 more for each period.
+"""
+
+import numpy as np
+
+from elastica.codes import Stability
+
+FOLD_TOLERANCE = 1e-7
+"""|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
+√(δP), so rounding of 1e-16 in P moves κ, and with it ΣD, by about 1e-8 of its scale."""
+FLAT_TOLERANCE = 1e-11
+"""Relative distance of p ℓ_f² from 4π² and of a flat length from 0 that counts as none."""
+CURVATURE_MARGIN = 4.0
+"""κ is taken for zero, the end of the point regime, within this multiple of its own error bound."""
+
+
+def index_of_points(segments, geometries, steep):
+    """Index in the point regime and of free buckling, and whether it is about to change at a fold.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    geometries : sequence of Geometry
+        One for each distinct segment, arrays of shape (n,).
+    steep : ndarray of bool, shape (n,)
+        Where |θ| passes 90° and the general formula is needed.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+    at_fold : ndarray of bool, shape (n,)
+    """
+    index, pivot, scale = 0, 0.0, 0.0
+    for (segment, count), g in zip(segments.items(), geometries, strict=True):
+        D = g.D
+        longer = g.length_kappa > 0
+        turning = segment.kind.turning_points - 1
+        general = turning + ~longer + (D > 0) - (g.rise_lam * D * g.length_kappa > 0)
+        index = index + count * np.where(steep, general, turning)
+        pivot = pivot + count * D
+        scale = scale + count * (np.abs(g.length_kappa) + np.abs(D - g.length_kappa))
+    return index - (pivot > 0), np.abs(pivot) <= FOLD_TOLERANCE * scale
+
+
+def index_of_lines(segments, flat_length, p):
+    """Index in the line regime, where φ = 0 at the ends of the contacts and the segments decouple.
+
+    A segment of kind S has none, one of kind A at a pin has one; a flat stretch buckles off the wall
+    when p ℓ_f² > 4π², with the wall on one side, which adds one.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+    critical : ndarray of bool, shape (n,)
+        At the buckling load of the flat stretch, or where the flat length vanishes.
+    """
+    turning = sum(count * (kind.turning_points - 1) for (kind, *_), count in segments.items())
+    over = p * flat_length**2 / (4 * np.pi**2) - 1
+    critical = (np.abs(over) <= FLAT_TOLERANCE) | (np.abs(flat_length) <= FLAT_TOLERANCE)
+    return turning + (over > 0), critical
+
+
+def verdict(index, critical, third_order=False):
+    """Stability code: the first that applies of unstable, unstable at third order, critical, stable.
+
+    Returns
+    -------
+    ndarray of int8, shape (n,)
+    """
+    return np.select(
+        [index > 0, np.broadcast_to(third_order, index.shape), critical],
+        [Stability.UNSTABLE, Stability.UNSTABLE_THIRD_ORDER, Stability.CRITICAL],
+        Stability.STABLE,
+    ).astype(np.int8)
