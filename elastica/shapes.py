@@ -7,9 +7,10 @@ where it leads from the last contact to end B. Flat stretches lie straight on th
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ellipeinc, ellipj
+from scipy.special import ellipj
 
 from elastica.codes import Status
+from elastica.elliptic import integrals
 from elastica.segments import pendulum, start_phase
 
 FOUR_PI_SQUARED = 4 * np.pi**2
@@ -100,12 +101,20 @@ def _bent(solution, points, s):
 
 def _segment(kind, q, along):
     """θ, advance in x and rise at arc lengths `along` (n, samples) from the start of a segment."""
-    m, r, F = (field[:, None] for field in (q.m, q.r, q.F))
+    m, m1, r, F, DK = (field[:, None] for field in (q.m, q.m1, q.r, q.F, q.DK))
     sin_alpha, cos_alpha = (force[:, None] / F for force in (q.lam, q.p))
-    u = start_phase(kind, q)[:, None]
-    _, cn_start, _, phi_start = ellipj(u, m)
-    sn, cn, _, phi = ellipj(u + r * along, m)
+    start = start_phase(kind, q)[:, None]
+
+    def phase(u):
+        """sn, cn and D(am u|m), which ellipj's amplitude gives through its distance from nπ."""
+        sn, cn, _, phi = ellipj(u, m)
+        turns = np.rint(phi / np.pi)
+        D = integrals(m1, sn * (1 - 2 * (turns % 2)), np.abs(cn))[3]
+        return sn, cn, 2 * turns * DK + D
+
+    _, cn_start, D_start = phase(start)
+    sn, cn, D = phase(start + r * along)
     bent = 2 * r * np.sqrt(m) * (cn_start - cn) / F
-    stretch = 2 * (ellipeinc(phi, m) - ellipeinc(phi_start, m)) / r - along
+    stretch = along - 2 * m * (D - D_start) / r
     theta = q.alpha[:, None] + 2 * np.arcsin(np.sqrt(m) * sn)
     return theta, cos_alpha * stretch - sin_alpha * bent, cos_alpha * bent + sin_alpha * stretch

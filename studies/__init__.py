@@ -1,0 +1,27 @@
+"""Turn a study (a grid of ends, H and P with a list of states) into one labelled netCDF dataset.
+
+>>> import studies
+>>> study = studies.Study.from_toml("catalogs/first-chart.toml")      # doctest: +SKIP
+>>> dataset = studies.run(study, workers=2)                           # doctest: +SKIP
+"""
+
+from importlib import import_module
+
+_HOME = {
+    "Study": "study",
+    "StudyError": "study",
+    "Plan": "plan",
+    "run": "run",
+    "open": "files",
+    "check": "check",
+    "chart": "chart",
+}
+
+__all__ = sorted(_HOME)
+
+
+def __getattr__(name):
+    """Import on first use: solving one state must not wait for dask, xarray and matplotlib."""
+    if name not in _HOME:
+        raise AttributeError(f"module 'studies' has no attribute {name!r}")
+    return getattr(import_module(f"studies.{_HOME[name]}"), name)

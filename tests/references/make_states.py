@@ -22,13 +22,14 @@ Eigenvalues
 
 Conventions of a record
     ``lam`` and ``lengths`` hold one entry per free segment, from end A to end B, each ``lam`` with
-    the segment traversed from its outer end and rising. For a free shape (B1, B2) the segment
-    starts at a clamp with curvature +kappa (B2) or -kappa (B1), or at the pin of a clamped-pinned
-    strip with the larger (B2) or the smaller (B1) turning angle. Free pinned-pinned shapes have no
-    clamp: their ``kappa`` is the curvature where theta = 0. ``a`` to the left (right) of the U
-    says that the segment at end A (B) is of kind A; a trailing minus says line regime. Walls
-    play no part in a free shape and admissibility (pulling contacts, walls penetrated) is not
-    examined.
+    the segment followed from its outer end and rising. A free shape is one segment; it starts at a
+    clamp with curvature -kappa (B1) or +kappa (B2), or at the pin of a strip with one pin, at the
+    lower (B1) or upper (B2) turning point of the pendulum. Free pinned-pinned shapes have no clamp:
+    their ``kappa`` is the curvature where theta = 0. ``a`` to the left (right) of the U says that
+    the segment at end A (B) is of kind A; a trailing minus says line regime, where ``kappa`` is 0,
+    ``reaction`` the sum of the forces at the two ends of the line, and ``contact_position`` the arc
+    length where the line begins. The walls play no part in a free shape, and whether a state is
+    admissible (pulling contacts, walls penetrated) is not examined.
 
 Run ``python make_states.py`` to write ``states.json`` beside the script, and
 ``python make_states.py --check`` to test its numbers by other means.
@@ -42,6 +43,7 @@ import sys
 import time
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 from operator import mul
 from pathlib import Path
 
@@ -49,7 +51,7 @@ import mpmath
 import numpy as np
 from mpmath import mp, mpf
 from numpy.polynomial import legendre
-from scipy import linalg, special
+from scipy import integrate, linalg, special
 
 DIGITS = 22
 WORKING_DIGITS = 60
@@ -93,9 +95,14 @@ class Kind:
     more: int = 0
 
     def multiples(self):
-        """Return a, b, q: the integrals over the segment are aK + bf and aE + be, and the
-        curvatures at its two ends differ by q kappa.
-        """  # noqa: D205
+        """Multiples of the complete and incomplete integrals, and of kappa.
+
+        Returns
+        -------
+        a, b, q : int
+            The elliptic integrals over the segment are aK + bf and aE + be, and the curvatures at
+            its two ends differ by q kappa.
+        """
         if self.letter == "N":
             return 2 * self.more, 0, 0
         a, b, q = {
@@ -299,7 +306,7 @@ def _grid(kinds, p, H, density=1):
     if any(kind.two_sided for kind in kinds):
         top = limit = math.sqrt(2 * p * (1 - math.cos(SCAN_SLOPE)))
     else:
-        limit = 6 / H  # a segment of rise H with slopes below 90 degrees cannot be bent more
+        limit = 6 / H  # beyond, two segments of rise H are shorter than the strip
         top = min(limit, 2 * math.sqrt(p) + 50 * H)
     grid = np.linspace(0, top, 300 * density + 1)[1:]
     parts = [np.geomspace(1e-5, grid[0], 20)[:-1], grid]
@@ -755,7 +762,7 @@ def eigenvalues(state, ends, kappa, p, segments, split=True):
         result.append(done[key])
     result.sort()
     unique = sorted(done.values())
-    if any(b - a < 1e-15 * max(1, abs(b)) for a, b in zip(unique, unique[1:], strict=False)):
+    if any(b - a < 1e-15 * max(1, abs(b)) for a, b in pairwise(unique)):
         raise ArithmeticError("two starts led to one eigenvalue")
     return result
 
@@ -863,3 +870,226 @@ def generate(count, output, seed=SEED):
             print(f"{number + 1}/{count} records, {spent:.0f} s", file=sys.stderr, flush=True)
     head = f'{{"seed":{seed},"digits":{DIGITS},"states":[\n'
     output.write_text(head + ",\n".join(lines) + "\n]}\n", encoding="utf-8")
+
+
+# -------------------------------------------------------------------------------------- checks
+def integrate_shape(theta, curvature, lam, p, length, steps, order=56):
+    """Integrate the elastica's equation by Taylor series in floating point.
+
+    Parameters
+    ----------
+    theta, curvature : mpf
+        Starting values.
+    lam, p : mpf
+        Forces.
+    length : mpf
+        Arc length.
+    steps, order : int
+        Number of steps and of Taylor coefficients.
+
+    Returns
+    -------
+    tuple of mpf
+        Angle and curvature at the end, rise, advance.
+    """
+    h = length / steps
+    powers = [h**k for k in range(order + 2)]
+    rise = advance = mpf(0)
+    for _ in range(steps):
+        t, s, c = [theta, curvature], [mp.sin(theta)], [mp.cos(theta)]
+        dt = [curvature]
+        for k in range(order):
+            s.append(mp.fdot(dt, c[::-1]) / (k + 1))
+            c.append(-mp.fdot(dt, s[k::-1]) / (k + 1))
+            t.append((lam * c[k] - p * s[k]) / ((k + 1) * (k + 2)))
+            dt.append((k + 2) * t[-1])
+        rise += sum(s[k] * powers[k + 1] / (k + 1) for k in range(order + 1))
+        advance += sum(c[k] * powers[k + 1] / (k + 1) for k in range(order + 1))
+        theta = mp.fdot(t, powers)
+        curvature = mp.fdot(dt, powers)
+    return theta, curvature, rise, advance
+
+
+def finite_elements(problem, kappa, p, size, count=EIGENVALUES + 1):
+    """Lowest eigenvalues of a problem from linear elements on an integrated shape."""
+    p = float(p)
+    number = len(problem.segments)
+    total = number * size + 1
+    stiffness, mass = np.zeros((2, total, total))
+    constraints = np.zeros((number, total))
+    keep = np.ones(total, bool)
+    points = np.array([-1, 1]) / (2 * math.sqrt(3)) + 0.5
+    for j, segment in enumerate(problem.segments):
+        lam, length = float(segment.lam), float(segment.length)
+        start, _ = end_values(segment.kind, kappa, segment.lam, mpf(p))
+        h = length / size
+        nodes = ((np.arange(size)[:, None] + points) * h).ravel()
+        theta = integrate.solve_ivp(
+            lambda _, y, lam=lam: (y[1], lam * math.cos(y[0]) - p * math.sin(y[0])),
+            (0, length),
+            [float(x) for x in start],
+            method="DOP853",
+            t_eval=nodes,
+            rtol=1e-11,
+            atol=1e-12,
+        ).y[0]
+        potential = (p * np.cos(theta) + lam * np.sin(theta)).reshape(size, 2)
+        cosine = np.cos(theta).reshape(size, 2)
+        index = np.append(j * size + np.arange(size), total - 1)
+        hats = np.array([1 - points, points])
+        for a in range(2):
+            rows = index[a : size + a]
+            constraints[j, rows] += h / 2 * cosine @ hats[a]
+            for b in range(2):
+                product = hats[a] * hats[b] * h / 2
+                columns = index[b : size + b]
+                stiffness[rows, columns] += (1 if a == b else -1) / h - potential @ product
+                mass[rows, columns] += product.sum()
+        keep[j * size] = segment.kind.end == "pinned"
+    keep[-1] = problem.spring is not None
+    if problem.spring is not None:
+        stiffness[-1, -1] += float(problem.spring)
+    inner = np.ix_(keep, keep)
+    return _lowest(stiffness[inner], mass[inner], constraints[:, keep], count)
+
+
+def expected_index(state, ends, kappa, p, segments):
+    """Number of negative eigenvalues from the closed form, for slopes below 90 degrees."""
+    _, regime = layout(state, ends)
+    if regime == "free":
+        return int(state[1]) - 1
+    count = sum(s.kind.letter == "A" for s in segments)
+    if regime == "line":
+        return count
+
+    def length(kind, lam, change):
+        x = kappa + change
+        rise = segments[0].rise
+        (lam,) = _newton(lambda y: [measure(kind, x, y, p)[1] - rise], [lam], mpf(10) ** -40)
+        return measure(kind, x, lam, p)[0]
+
+    step = kappa * mpf(10) ** -12
+    growth = sum(length(s.kind, s.lam, step) - length(s.kind, s.lam, -step) for s in segments)
+    return count - int(growth > 0)
+
+
+KNOWN = [  # state, P, H, record's entry, value, tolerance; clamped-clamped
+    ("U", 2.5, 0.05, "kappa", 0.585906, 5e-7),
+    ("U", 2.5, 0.05, "reaction", 0.383812, 5e-7),
+    ("U", 2.5, 0.05, "shortening", 0.00662053, 5e-9),
+    ("U", 2.5, 0.05, "eigenvalues", 24.9359203, 5e-8),
+    ("U", 1.5, 0.1, "eigenvalues", 37.0744467, 5e-8),
+    ("U", 2.5, 0.1, "eigenvalues", 24.8282985, 5e-8),
+    ("U", 3.5, 0.1, "eigenvalues", 8.5092666, 5e-8),
+    ("U", 3.9, 0.1, "eigenvalues", 0.7652699, 5e-8),
+    ("Ua", 3.0, 0.1, "kappa", 1.91976, 5e-6),
+    ("Ua", 3.0, 0.1, "lengths", 0.425, 5e-4),
+    ("Ua", 3.0, 0.1, "eigenvalues", -15.2061, 5e-5),
+    ("B2", 2.06, 0.1, "kappa", 2.4489, 5e-5),
+    ("B2", 2.06, 0.1, "lam", -4 * math.pi**2 * 2.06 * math.tan(0.06128), 5e-4),
+]
+
+
+def check(rounds=2, seed=SEED):
+    """Test the numbers by other means, on points of their own, and print the largest errors.
+
+    Parameters
+    ----------
+    rounds : int
+        Points per state and end condition.
+    seed : int
+        Seed; that of the points is the next one.
+    """
+    for state, P, H, entry, value, tolerance in KNOWN:
+        found = reference(state, "clamped-clamped", P, H)[entry]
+        found = float(found[0] if isinstance(found, list) else found)
+        print(f"{state} P={P} H={H} {entry}: {found:.10g}, known {value}")
+        assert abs(found - value) <= tolerance
+
+    worst = dict.fromkeys(
+        ("shape", "precision", "finite elements", "dU/dP", "dU/dH", "root", "count"), mpf(0)
+    )
+
+    def note(name, error):
+        worst[name] = max(worst[name], mpf(error))
+
+    number = rounds * sum(map(len, STATES.values()))
+    for k in range(number):
+        state, ends, P, H = draw(k, seed + 1)
+        with mp.workdps(WORKING_DIGITS):
+            kappa, p, segments = equilibrium(state, ends, P, H)
+            # the shape as an initial value problem, with other steps and in floating point
+            for s in segments:
+                start, end = end_values(s.kind, kappa, s.lam, p)
+                steps = math.ceil(6 * s.length * mp.sqrt(mp.hypot(p, s.lam)))
+                found = integrate_shape(*start, s.lam, p, s.length, steps)
+                wanted = (*end, s.rise, s.advance)
+                note("shape", max(abs(x - y) for x, y in zip(found, wanted, strict=True)))
+            values = eigenvalues(state, ends, kappa, p, segments)
+            # number and order of the eigenvalues: finite elements on the undivided problem
+            rough = {size: [] for size in (160, 320)}
+            for problem in problems(state, ends, kappa, segments, split=False):
+                for size, found in rough.items():
+                    found.extend(finite_elements(problem, kappa, p, size))
+            coarse, fine = (np.sort(found)[:EIGENVALUES] for found in rough.values())
+            extrapolated = fine + (fine - coarse) / 3
+            for x, y in zip(values, extrapolated, strict=True):
+                note("finite elements", abs(x - y) / (10 + abs(x)))
+            negative = sum(x < 0 for x in values)
+            note("count", abs(negative - expected_index(state, ends, kappa, p, segments)))
+        # the same eigenvalues with more digits, more terms, other steps
+        with mp.workdps(WORKING_DIGITS + 20):
+            kappa, p, segments = equilibrium(state, ends, P, H)
+            for s in segments:
+                s.series = Series(s.kind, kappa, s.lam, p, s.length, BITS + 56, ORDER + 18)
+            again = eigenvalues(state, ends, kappa, p, segments, split=False)
+            for x, y in zip(values, again, strict=True):
+                note("precision", abs(x - y) / (1 + abs(x)))
+        # the same root from a ten times denser scan
+        note("root", abs(float(kappa) - locate(state, ends, P, H, density=10)[0]))
+        # derivatives of the energy by central differences
+        record = reference(state, ends, P, H)
+        step = 2.0**-24
+        slopes = []
+        for dP, dH in ((step, 0.0), (0.0, step)):
+            up, down = (
+                mpf(reference(state, ends, P + sign * dP, H + sign * dH)["energy"])
+                for sign in (1, -1)
+            )
+            slopes.append((up - down) / (mpf(P + dP) - mpf(P - dP) + mpf(H + dH) - mpf(H - dH)))
+        note("dU/dP", abs(slopes[0] + mpf(record["shortening"])))
+        if not state.startswith("B"):
+            note("dU/dH", abs(slopes[1] + mpf(record["reaction"])))
+        print(f"{k + 1}/{number} {state} {ends} P={P:.6f} H={H:.6f}", flush=True)
+    limits = {
+        "shape": 1e-45,
+        "precision": 1e-30,
+        "finite elements": 1e-4,
+        "dU/dP": 1e-9,
+        "dU/dH": 1e-9,
+        "root": 1e-9,
+        "count": 0,
+    }
+    for name, error in worst.items():
+        print(f"{name}: largest error {mp.nstr(error, 3)}, allowed {limits[name]}")
+        assert error <= limits[name], name
+
+
+def main():
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--count", type=int, default=COUNT, help="number of records")
+    parser.add_argument("--seed", type=int, default=SEED, help="seed of the random points")
+    parser.add_argument(
+        "--output", type=Path, default=Path(__file__).with_name("states.json"), help="file to write"
+    )
+    parser.add_argument("--check", action="store_true", help="test by other means, write nothing")
+    arguments = parser.parse_args()
+    if arguments.check:
+        check(seed=arguments.seed)
+    else:
+        generate(arguments.count, arguments.output, arguments.seed)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,210 @@
+"""netCDF files: written whole and renamed into place, checked by hash, read back with xarray.
+
+netCDF-C and HDF5 are not thread-safe even on different files, so all access of a process goes through one
+lock. Left out: what the variables mean (`schema`), who computes them (`run`).
+"""
+
+import hashlib
+import os
+import tempfile
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from threading import RLock
+
+import netCDF4
+import numpy as np
+
+from studies.schema import COORDINATES, FORMAT_VERSION, variables
+from studies.study import StudyError
+
+ACCESS = RLock()
+CHUNK_BYTES = 4_000_000
+COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
+FAILURE_INDICES = ("failure_ends", "failure_H", "failure_P", "failure_state")
+
+
+@contextmanager
+def written_whole(path):
+    """Give a temporary name beside `path`; on success the file is synced and renamed to `path`.
+
+    A reader never sees a part of a file, and a good file is replaced only by a complete one.
+    """
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    os.close(handle)
+    try:
+        yield Path(temporary)
+        os.chmod(temporary, 0o644)
+        _sync(temporary)
+        os.replace(temporary, path)
+        _sync(path.parent)
+    finally:
+        with suppress(FileNotFoundError):
+            os.unlink(temporary)
+
+
+def _sync(path):
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def opened(path, mode="r"):
+    """A netCDF4 dataset that gives plain arrays, under the lock of this process."""
+    with ACCESS:
+        dataset = netCDF4.Dataset(path, mode)
+        try:
+            dataset.set_auto_mask(False)
+            dataset.set_auto_chartostring(False)
+            yield dataset
+        finally:
+            dataset.close()
+
+
+def define(dataset, labels, attributes):
+    """Create dimensions, coordinates and variables in an empty dataset.
+
+    Parameters
+    ----------
+    dataset : netCDF4.Dataset
+    labels : dict of str to ndarray
+        From `schema.coordinates`.
+    attributes : dict
+        Global attributes, text or numbers.
+    """
+    for dim, values in labels.items():
+        dataset.createDimension(dim, values.size)
+        write_labels(dataset, dim, values, COORDINATES[dim])
+    for name, variable in variables(labels).items():
+        sizes = [labels[dim].size for dim in variable.dims]
+        created = dataset.createVariable(
+            name,
+            variable.dtype,
+            variable.dims,
+            chunksizes=chunks(variable, sizes),
+            fill_value=np.nan if variable.dtype == "f8" else False,
+            **COMPRESSION,
+        )
+        created.setncatts(variable.attributes)
+    dataset.setncatts({"Conventions": "CF-1.11, ACDD-1.3", **attributes})
+
+
+def write_labels(dataset, dim, values, attributes):
+    """A coordinate; text as a character array, which every netCDF reader understands."""
+    if values.dtype.kind != "U":
+        variable = dataset.createVariable(dim, values.dtype, (dim,), fill_value=False, **COMPRESSION)
+        variable.setncatts(attributes)
+        variable[:] = values
+        return
+    width = max(1, *(len(text.encode()) for text in values))
+    if f"string{width}" not in dataset.dimensions:
+        dataset.createDimension(f"string{width}", width)
+    owner = "failure" if dim == "failure_reason" else dim
+    variable = dataset.createVariable(
+        dim, "S1", (owner, f"string{width}"), fill_value=False, **COMPRESSION
+    )
+    variable.setncatts({**attributes, "_Encoding": "utf-8"})
+    encoded = np.array([text.encode() for text in values], f"S{width}")
+    variable[:] = encoded.view("S1").reshape(values.size, width)
+
+
+def chunks(variable, sizes):
+    """Chunk sizes: whole planes of one state up to 4 MB; of shapes, whole strips along P."""
+    item = np.dtype(variable.dtype).itemsize
+    extra = sizes[4:]
+    room = max(1, CHUNK_BYTES // (item * int(np.prod(extra, initial=1))))
+    columns = min(sizes[2], room)
+    rows = 1 if "s" in variable.dims else max(1, min(sizes[1], room // columns))
+    return [1, rows, columns, 1, *extra][: len(sizes)]
+
+
+def write_failures(dataset, failures):
+    """The table of points that could not be solved; nothing where there are none."""
+    if not failures:
+        return
+    dataset.createDimension("failure", len(failures))
+    for column, name in enumerate(FAILURE_INDICES):
+        variable = dataset.createVariable(name, "i4", ("failure",), fill_value=False, **COMPRESSION)
+        variable.long_name = f"position along {name.partition('_')[2]} of a point that failed"
+        variable[:] = np.array([failure[column] for failure in failures], "i4")
+    reasons = np.array([failure[4] for failure in failures])
+    write_labels(dataset, "failure_reason", reasons, {"long_name": "why the point failed"})
+
+
+def content_hash(path):
+    """SHA-256 over names, dimensions and values of a file, whatever its compression.
+
+    Reads every value, so damage that the checksums of the file reveal raises here.
+    """
+    digest = hashlib.sha256()
+    with opened(path) as dataset:
+        for name in sorted(dataset.variables):
+            variable = dataset.variables[name]
+            digest.update(f"{name} {variable.dimensions} {variable.dtype} {variable.shape}".encode())
+            slabs = np.ndindex(variable.shape[:2] if variable.ndim > 2 else ())
+            for slab in slabs:
+                values = np.ascontiguousarray(variable[(*slab, ...)])
+                if values.dtype.kind == "f":
+                    values = np.where(np.isnan(values), np.nan, values)
+                digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
+    return digest.hexdigest()
+
+
+def open(path):
+    """Open a dataset lazily.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    xarray.Dataset
+        Labels as text, flags as integers.
+
+    Raises
+    ------
+    StudyError
+        If the file is missing, damaged, or not one of ours.
+    """
+    import xarray
+
+    identify(path)
+    with ACCESS:
+        return xarray.open_dataset(path, engine="netcdf4")
+
+
+def identify(path):
+    """Global attributes of a dataset of ours.
+
+    Raises
+    ------
+    StudyError
+        If the file is missing, damaged, of a newer format, or not one of ours.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise StudyError(f"{path}: there is no such file")
+    try:
+        with opened(path) as dataset:
+            attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
+            present = set(dataset.variables)
+    except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as problem:
+        raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
+    version = attributes.get("format_version")
+    if "study_id" not in attributes or not isinstance(version, (int, np.integer)):
+        raise StudyError(f"{path}: this is no dataset of constrained-elastica")
+    if version > FORMAT_VERSION:
+        raise StudyError(
+            f"{path}: format {version} is newer than {FORMAT_VERSION}, which this version reads; "
+            "install a newer constrained-elastica"
+        )
+    missing = {"ends", "H", "P", "state", "status"} - present
+    if missing:
+        raise StudyError(f"{path}: {', '.join(sorted(missing))} is missing; the file is damaged")
+    return attributes
+
+

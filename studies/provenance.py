@@ -1,0 +1,69 @@
+"""What a dataset says about its origin: the study, its identities, versions of the code and libraries."""
+
+import platform
+import subprocess
+import sys
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+
+from studies.schema import FORMAT_VERSION
+
+DISTRIBUTION = "constrained-elastica"
+LIBRARIES = ("numpy", "scipy", "netCDF4", "xarray", "dask")
+
+
+def describe(plan):
+    """Global attributes of the dataset of a plan, by CF-1.11 and ACDD-1.3.
+
+    Parameters
+    ----------
+    plan : Plan
+
+    Returns
+    -------
+    dict of str to str or int
+        What is unknown is absent.
+    """
+    study, now = plan.study, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    about = {key: value for key, value in study.study.model_dump().items() if value}
+    about.pop("name")
+    about.setdefault("title", study.name)
+    about.setdefault(
+        "summary", "Equilibria and stability of an inextensible strip between two rigid walls"
+    )
+    return {
+        **about,
+        "id": study.name,
+        "source": f"{DISTRIBUTION} {version(DISTRIBUTION)}, closed-form solution",
+        "date_created": now,
+        "history": f"{now} {DISTRIBUTION} {version(DISTRIBUTION)}: computed",
+        "config_json": study.config_json,
+        "study_id": study.study_id,
+        "numerics_id": study.numerics_id,
+        "format_version": FORMAT_VERSION,
+        "control": "load",
+        "states_searched": " ".join(plan.names),
+        "python_version": platform.python_version(),
+        "library_versions": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
+        "platform": f"{sys.platform} {platform.machine()}",
+        **_git(),
+    }
+
+
+def _git():
+    """Revision of a source checkout, and whether it was changed; nothing for an installed package."""
+    here = Path(__file__).resolve().parent
+    if not (here.parent / ".git").exists():
+        return {}
+    try:
+        described = subprocess.run(
+            ["git", "describe", "--always", "--tags", "--dirty"],
+            cwd=here, capture_output=True, text=True, timeout=10, check=True,
+        ).stdout.strip()
+    except (OSError, subprocess.SubprocessError):
+        return {}
+    return {
+        "git_describe": described.removesuffix("-dirty"),
+        "git_dirty": int(described.endswith("-dirty")),
+    }

@@ -1,0 +1,142 @@
+"""What a dataset contains: its variables with dimensions, types and meanings.
+
+Left out: how they are computed (`evaluate`) and written (`files`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.codes import Stability, Status
+
+FORMAT_VERSION = 1
+GRID = ("ends", "H", "P")
+STATES = (*GRID, "state")
+PER_CONTACT, PER_MODE, ALONG = ((*STATES, extra) for extra in ("contact", "mode", "s"))
+
+
+class Variable(NamedTuple):
+    """A data variable: its type, dimensions and CF attributes; `missing` fills what is not known."""
+
+    dtype: str
+    dims: tuple
+    long_name: str
+    missing: float = np.nan
+    comment: str = ""
+    flags: type | None = None
+    units: str = "1"
+
+    @property
+    def attributes(self):
+        """CF attributes of the variable."""
+        attributes = {"long_name": self.long_name}
+        if self.comment:
+            attributes["comment"] = self.comment
+        if self.flags is not None:
+            codes = list(self.flags)
+            attributes["flag_values"] = np.array([code.value for code in codes], self.dtype)
+            attributes["flag_meanings"] = " ".join(code.name.lower() for code in codes)
+        else:
+            attributes["units"] = self.units
+        return attributes
+
+
+VARIABLES = {
+    "status": Variable(
+        "i1", STATES, "what became of the state", Status.NOT_COMPUTED, flags=Status,
+        comment="of an inadmissible state the values are kept, the verdict is not given",
+    ),
+    "stability": Variable(
+        "i1", STATES, "stability with contacts free to move", Stability.NOT_SOLVED, flags=Stability,
+        comment="by the second variation under load control; -1 unless status is solved",
+    ),
+    "index": Variable(
+        "i2", STATES, "number of negative directions of the second variation", -1,
+        comment="-1 unless status is solved",
+    ),
+    "nullity": Variable(
+        "i2", STATES, "number of zero directions of the second variation", -1,
+        comment="-1 unless status is solved",
+    ),
+    "curvature": Variable(
+        "f8", STATES, "curvature where the strip is parallel to the walls", comment="L kappa*"
+    ),
+    "energy": Variable("f8", STATES, "total potential energy", comment="L/(4 pi^2 EI) V*"),
+    "bending_energy": Variable(
+        "f8", STATES, "bending energy", comment="L/(4 pi^2 EI) times the dimensional energy"
+    ),
+    "shortening": Variable("f8", STATES, "approach of the ends", comment="Delta L*/L"),
+    "flat_length": Variable("f8", STATES, "length lying flat on the walls", comment="divided by L"),
+    "max_slope": Variable(
+        "f8", STATES, "largest angle between strip and walls", units="radian",
+        comment="beyond pi/2 the strip overhangs; contact of the strip with itself is not modelled",
+    ),
+    "clearance": Variable(
+        "f8", STATES, "gap between a wall and the nearest bump that is not a contact",
+        comment="divided by L; H where there is no such bump",
+    ),
+    "reaction": Variable(
+        "f8", PER_CONTACT, "force of the wall at a contact",
+        comment="L^2/(4 pi^2 EI) mu*; of a line the sum of its two end forces",
+    ),
+    "contact_position": Variable(
+        "f8", PER_CONTACT, "arc length of a contact", comment="divided by L; of a line its beginning"
+    ),
+    "eigenvalue": Variable(
+        "f8", PER_MODE, "eigenvalue of the second variation",
+        comment="EI = L = 1, weight 1, ascending; of a line state those of its free segments",
+    ),
+    "theta": Variable("f8", ALONG, "angle between strip and walls", units="radian"),
+    "x": Variable("f8", ALONG, "position along the walls", comment="divided by L"),
+    "y": Variable("f8", ALONG, "height above the middle", comment="divided by L"),
+    "error": Variable(
+        "f8", STATES, "bound of the relative rounding error",
+        comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|)",
+    ),
+    "stable_count": Variable("i2", GRID, "number of states with stability stable", 0),
+    "preferred_state": Variable(
+        "i2", GRID, "position along state of the stable state of least energy", -1,
+        comment="-1 where no state is stable",
+    ),
+}
+
+COORDINATES = {
+    "ends": {"long_name": "end conditions at A and B"},
+    "H": {"long_name": "half gap between the walls", "units": "1", "comment": "H*/L"},
+    "P": {"long_name": "thrust", "units": "1", "comment": "P* L^2/(4 pi^2 EI)"},
+    "state": {"long_name": "name of the equilibrium state"},
+    "contact": {"long_name": "number of the contact, counted from end A"},
+    "mode": {"long_name": "number of the mode, by increasing eigenvalue"},
+    "s": {"long_name": "arc length from end A", "units": "1", "comment": "divided by L"},
+}
+
+
+def coordinates(ends, H, P, names, outputs):
+    """Labels of every dimension that a dataset with these states and outputs has.
+
+    Parameters
+    ----------
+    ends, names : sequence of str
+    H, P : sequence of float
+    outputs : studies.study.Outputs
+
+    Returns
+    -------
+    dict of str to ndarray
+    """
+    contacts = max((name.count("U") + name.count("D") for name in names), default=0)
+    labels = {"ends": np.array(ends), "H": np.array(H), "P": np.array(P), "state": np.array(names)}
+    if contacts:
+        labels["contact"] = np.arange(1, contacts + 1, dtype="i2")
+    if outputs.eigenvalues:
+        labels["mode"] = np.arange(1, outputs.eigenvalues + 1, dtype="i2")
+    if outputs.shapes:
+        labels["s"] = np.linspace(0, 1, outputs.shapes)
+    return labels
+
+
+def variables(labels):
+    """The variables whose dimensions are all there."""
+    return {
+        name: variable for name, variable in VARIABLES.items() if set(variable.dims) <= set(labels)
+    }
