@@ -6,13 +6,14 @@ by construction (`equilibrium`).
 
 import numpy as np
 
-ROUNDING = np.finfo(float).eps
+from elastica.newton import ROUNDING
+
 SAFETY = 4.0
 """Roundings that the longest chain of operations adds up, found by comparison with 50-digit solutions."""
 
 
 def rounding_bounds(segments, pendulums, geometries, p, line):
-    """Bounds for κ, for the lengths and for the energy's first variation.
+    """Bounds for κ, for each length, for their sum and for the energy's first variation.
 
     A length is rounded by ε times its terms, a rise likewise; through the arrow system they move the
     total length by Σ n (δℓ + |ℓ_λ/d_λ| δd), hence κ by that over |ΣD|.
@@ -28,7 +29,7 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
 
     Returns
     -------
-    delta_kappa, delta_length, delta_energy : ndarray, shape (n,)
+    delta_kappa, delta_length, delta_total, delta_energy : ndarray, shape (n,)
         In units with EI = L = 1.
     """
     slack, pivot, work = 0.0, 0.0, 0.0
@@ -48,4 +49,5 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
     kappa = pendulums[0].kappa
     delta_kappa = np.zeros_like(p) if line else SAFETY * slack / np.abs(pivot)
     moved = [SAFETY * d + D * delta_kappa for d, D in zip(delta_lengths, Ds, strict=True)]
-    return delta_kappa, np.max(moved, axis=0), SAFETY * (work + 0.5 * kappa**2 * slack)
+    delta_energy = SAFETY * (work + 0.5 * kappa**2 * slack)
+    return delta_kappa, np.max(moved, axis=0), SAFETY * slack, delta_energy

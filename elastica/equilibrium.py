@@ -10,11 +10,10 @@ Left out: names (`states`), admissibility, stability.
 import numpy as np
 
 from elastica.euler import euler_root
-from elastica.newton import Roots, newton, regular, steepest_angle
+from elastica.newton import ROUNDING, Roots, newton, regular, steepest_angle
 from elastica.segments import geometry, length, pendulum
 from elastica.sweep import sweep
 
-ROUNDING = np.finfo(float).eps
 RIGHT_ANGLE = np.pi / 2
 TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""

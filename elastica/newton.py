@@ -21,6 +21,7 @@ import numpy as np
 from elastica.segments import geometry, pendulum, steepest
 
 MOST_STEPS = 60
+ROUNDING = np.finfo(float).eps
 
 
 class Roots(NamedTuple):
@@ -86,6 +87,9 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         roots.kappa[live] = kappa_ + step_kappa
         roots.lam[:, live] = lam_ + step_lam
         converged = _small(size) | _stagnated(size, previous[live])
+        if not fixed_kappa:
+            rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
+            converged |= _exact(arrow.excess) & _small(rises)
         roots.found[live] = converged
         previous[live] = size
         live = live[~converged & ~_diverged(size)]
@@ -184,6 +188,11 @@ def _relative(step_kappa, step_lam, p, kappa, lam):
 def _small(size):
     """Quadratic convergence: the step after one of 1e-9 is below rounding."""
     return size < 1e-9
+
+
+def _exact(excess):
+    """Length met to rounding: near a fold or a Euler load κ still moves, but in noise."""
+    return np.abs(excess) <= 4 * ROUNDING
 
 
 def _stagnated(size, previous):

@@ -71,15 +71,14 @@ def _bent(solution, points, s):
     )
     flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
     walls = [WALL[letter] for letter in state.word]
-    last = len(segments) - 1
+    reverses = state.reversed_segments(solution.ends)
     theta, y = np.zeros((2, points.size, s.size))
     x = np.zeros_like(y)
     begin = np.zeros((points.size, 1))
     x_begin = np.zeros((points.size, 1))
-    for i, segment in enumerate(segments):
+    for i, (segment, reverse) in enumerate(zip(segments, reverses, strict=True)):
         q = pendulum(p, kappa, lam[i])
         ell = lengths[i][:, None]
-        reverse = bool(walls) and i == last
         side = 1 if not walls else walls[min(i, len(walls) - 1)]
         along = np.clip(s - begin, 0, ell)
         angle, advance, height = _segment(segment.kind, q, ell - along if reverse else along)

@@ -8,20 +8,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from elastica.accuracy import ROUNDING, SAFETY, rounding_bounds
+from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
 from elastica.codes import Stability, Status
 from elastica.ends import End, Ends, parse_ends
 from elastica.equilibrium import find
 from elastica.euler import euler_modes_below, euler_root
+from elastica.newton import ROUNDING
 from elastica.segments import bending_energy, geometry, pendulum, shortening, steepest
-from elastica.stability import (
-    CURVATURE_MARGIN,
-    FLAT_TOLERANCE,
-    index_of_lines,
-    index_of_points,
-    verdict,
-)
+from elastica.stability import MARGIN, index_of_lines, index_of_points, verdict
 from elastica.states import State, parse_state
 
 FOUR_PI_SQUARED = 4 * np.pi**2
@@ -235,7 +230,7 @@ def _bent(state, ends, P, H):
     bending, shorter = total(bending_energy), total(shortening)
     energy = bending - p * shorter
 
-    delta_kappa, delta_length, delta_energy = rounding_bounds(
+    delta_kappa, delta_length, delta_total, delta_energy = rounding_bounds(
         segments, pendulums, geometries, p, state.line
     )
     delta_energy = delta_energy + SAFETY * ROUNDING * (bending + p * shorter)
@@ -244,20 +239,20 @@ def _bent(state, ends, P, H):
     )
 
     if state.line:
-        index, critical = index_of_lines(segments, flat, p)
+        index, critical = index_of_lines(segments, flat, delta_total, p)
         slides = sum(end is End.CLAMPED for end in ends)
         nullity = slides + critical
         stability = verdict(index, critical, third_order=slides > 0)
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
-        critical |= roots.kappa <= CURVATURE_MARGIN * delta_kappa
+        critical |= roots.kappa <= MARGIN * delta_kappa
         nullity = critical
         stability = verdict(index, critical)
 
     pull = roots.kappa * np.sqrt(p) + np.abs(lam).max(axis=0)
     admissible = (
         (reaction >= -TOUCHING * pull).all(axis=0)
-        & (flat >= -FLAT_TOLERANCE)
+        & (flat >= -MARGIN * delta_total)
         & (gap >= -TOUCHING * H)
     )
     solved = roots.found & admissible

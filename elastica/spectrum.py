@@ -28,10 +28,11 @@ from elastica.euler import euler_root
 from elastica.segments import pendulum, start_phase
 
 FOUR_PI_SQUARED = 4 * np.pi**2
-TERMS_FOR_PHASE = {7.5: 28, 14.0: 64, 24.0: 112, 50.0: 224, np.inf: 448}
+TERMS_FOR_PHASE = {7.5: 28, 10.0: 44, 14.0: 60, 18.0: 76, 24.0: 108, 50.0: 208, np.inf: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
 real axis, so eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
-BATCH = 1024
+BATCH_ENTRIES = 250_000
+"""Matrix entries of a batch: larger ones leave the cache."""
 
 
 def eigenvalues(solution, count):
@@ -71,7 +72,8 @@ def eigenvalues(solution, count):
     for upper, terms in TERMS_FOR_PHASE.items():
         group = np.flatnonzero((phase > lower) & (phase <= upper))
         lower = upper
-        for points in np.array_split(group, range(BATCH, group.size, BATCH)):
+        batch = max(1, BATCH_ENTRIES // (terms * len(lengths.T)) ** 2)
+        for points in np.split(group, range(batch, group.size, batch)):
             result[solved[points]] = _lowest(
                 solution, p[points], kappa[points], lam[points], lengths[points], terms + count, count
             )
@@ -103,7 +105,7 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
     reaction = [None if state.line else (a + b) / kappa for a, b in zip(lam.T, lam.T[1:], strict=False)]
     whole = Elements(
         kinds,
-        [bool(state.word) and i == last for i in range(last + 1)],
+        list(state.reversed_segments(ends)),
         pendulums,
         list(lengths.T),
         [edge[0], *reaction, edge[1]],

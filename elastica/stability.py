@@ -27,10 +27,9 @@ from elastica.codes import Stability
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
 √(δP), so rounding of 1e-16 in P moves κ, and with it ΣD, by about 1e-8 of its scale."""
-FLAT_TOLERANCE = 1e-11
-"""Relative distance of p ℓ_f² from 4π² and of a flat length from 0 that counts as none."""
-CURVATURE_MARGIN = 4.0
-"""κ is taken for zero, the end of the point regime, within this multiple of its own error bound."""
+MARGIN = 4.0
+"""κ, a flat length and the distance of √p ℓ_f from 2π are taken for zero, where the index is about to change,
+within this multiple of their own error bound."""
 
 
 def index_of_points(segments, geometries, steep):
@@ -61,11 +60,11 @@ def index_of_points(segments, geometries, steep):
     return index - (pivot > 0), np.abs(pivot) <= FOLD_TOLERANCE * scale
 
 
-def index_of_lines(segments, flat_length, p):
+def index_of_lines(segments, flat_length, delta, p):
     """Index in the line regime, where φ = 0 at the ends of the contacts and the segments decouple.
 
     A segment of kind S has none, one of kind A at a pin has one; a flat stretch buckles off the wall
-    when p ℓ_f² > 4π², with the wall on one side, which adds one.
+    when p ℓ_f² > 4π², with the wall on one side, which adds one. `delta` bounds the error of ℓ_f.
 
     Returns
     -------
@@ -74,9 +73,9 @@ def index_of_lines(segments, flat_length, p):
         At the buckling load of the flat stretch, or where the flat length vanishes.
     """
     turning = sum(count * (kind.turning_points - 1) for (kind, *_), count in segments.items())
-    over = p * flat_length**2 / (4 * np.pi**2) - 1
-    critical = (np.abs(over) <= FLAT_TOLERANCE) | (np.abs(flat_length) <= FLAT_TOLERANCE)
-    return turning + (over > 0), critical
+    beyond = flat_length - 2 * np.pi / np.sqrt(p)
+    critical = np.minimum(np.abs(flat_length), np.abs(beyond)) <= MARGIN * delta
+    return turning + (beyond > 0), critical
 
 
 def verdict(index, critical, third_order=False):

@@ -78,6 +78,17 @@ class State(NamedTuple):
         )
         return (first, *inner, last)
 
+    def reversed_segments(self, ends):
+        """For each free segment from A to B whether its rising convention runs towards end A.
+
+        Segments are described towards the wall, and without contact towards the clamp: the last one
+        leads away from its wall, the free shape of a strip pinned only at B away from its clamp.
+        """
+        if self.mode:
+            ends = parse_ends(ends)
+            return (ends.B is End.PINNED and not ends.alike,)
+        return (*(False for _ in self.word), True)
+
     def distinct_segments(self, ends):
         """Kinds of segment with their number: the unknowns of the state, whatever the order."""
         return Counter(self.segments(ends))

@@ -11,10 +11,10 @@ _HOME = {
     "Study": "study",
     "StudyError": "study",
     "Plan": "plan",
-    "run": "run",
+    "run": "runner",
     "open": "files",
-    "check": "check",
-    "chart": "chart",
+    "check": "checking",
+    "chart": "charts",
 }
 
 __all__ = sorted(_HOME)

@@ -1,0 +1,74 @@
+"""Loads at which the one-contact sequence of a strip changes as the thrust grows.
+
+    straight → buckled → touches the wall at a point → lies flat on it → the flat stretch buckles
+
+Each load is a root of a smooth function of P: a clearance, a flat length, a Euler load of the flat
+stretch; never the bisection of a count.
+"""
+
+import numpy as np
+from scipy.optimize.elementwise import find_root
+
+from elastica.ends import End, parse_ends
+from elastica.equilibrium import LINE_FOLD
+from elastica.euler import euler_root
+from elastica.solution import FOUR_PI_SQUARED, solve
+
+WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
+"""Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""
+EVENTS = ("buckles", "touches", "point_to_line", "flat_buckles")
+
+
+def loads(event, H, ends="clamped-clamped"):
+    """Load P at which an event of the one-contact sequence happens.
+
+    Parameters
+    ----------
+    event : str
+        "buckles": the straight strip, at its Euler load; "touches": the first free shape, the wall;
+        "point_to_line": the point contact becomes a line; "flat_buckles": the flat stretch, off the
+        wall.
+    H : array_like, shape (...)
+    ends : str
+
+    Returns
+    -------
+    ndarray, shape (...)
+        NaN where the event does not happen.
+
+    Raises
+    ------
+    ValueError
+        If the event or the ends are not known.
+    """
+    if event not in EVENTS:
+        raise ValueError(f"event = {event!r} is not known; use one of {', '.join(EVENTS)}")
+    ends = parse_ends(ends)
+    H = np.asarray(H, float)
+    euler = float(euler_root(1, ends)) ** 2 / FOUR_PI_SQUARED
+    if event == "buckles":
+        return np.full_like(H, euler)
+    if event == "touches":
+        widest = WIDEST_ALIKE if ends.alike else WIDEST_UNLIKE
+
+        def slack(P, H):
+            return solve("B1", P=P, H=H, ends=ends).clearance
+
+        return _root(slack, euler * (1 + 1e-6), euler * widest, H)
+    pins = sum(end is End.PINNED for end in ends)
+    flat_buckles = event == "flat_buckles"
+
+    def slack(P, H):
+        return np.sqrt(P) * solve("U-", P=P, H=H, ends=ends).flat_length - flat_buckles
+
+    # As H → 0 the free segments have √P ℓ = 1 (clamped) and ½ (pinned), and take less room than later.
+    narrow = (2 - pins / 2 + flat_buckles) ** 2
+    fold = (LINE_FOLD / (2 if pins else 1) / H) ** 2
+    return _root(slack, 1e-4 * narrow, np.minimum(narrow, (1 - 1e-5) * fold), H)
+
+
+def _root(slack, low, high, H):
+    """Root of `slack(P, H)` between two loads; NaN where it has the same sign at both."""
+    low, high = (np.broadcast_to(edge, H.shape) for edge in (low, high))
+    found = find_root(slack, (low, high), args=(H,))
+    return np.where(found.success, found.x, np.nan)

@@ -1,0 +1,187 @@
+"""Stability charts: the (H, P) plane of each end condition, coloured by the states that are stable there.
+
+Regions are bounded by the exact transition loads, not by the grid: a point of the picture takes the verdict
+of the nearest grid point on the same side of every curve.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from scipy.spatial import cKDTree
+
+from elastica.codes import Stability, Status
+from elastica.states import parse_state
+from elastica.transitions import EVENTS, loads
+from studies.study import StudyError
+
+COLOURS = {
+    "none": ("#ffffff", ""),
+    "0": ("#d9d9d9", ""),
+    "B1": ("#56b4e9", ""),
+    "U": ("#0b4f8a", ""),
+    "U-": ("#e69f00", ""),
+}
+"""Colour and hatch of a region: light and dark alternate so that the order survives in grey."""
+OTHERS = ("#009e73", "#cc79a7", "#f0e442", "#d55e00", "#999933", "#882255")
+NAMES = {
+    "buckles": "straight strip buckles",
+    "touches": "wall is touched",
+    "point_to_line": "point becomes line",
+    "flat_buckles": "flat stretch buckles",
+}
+STYLES = {"buckles": ":", "touches": "-", "point_to_line": "--", "flat_buckles": "-."}
+PICTURE = (420, 900)
+"""Points of the picture along H and P."""
+
+
+def chart(dataset):
+    """Draw the stable states over half gap and load, one panel for each end condition.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `studies.open` or `studies.run`.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    StudyError
+        If a variable that is needed is missing, or the grid is no plane.
+    """
+    for name in ("status", "stability", "max_slope"):
+        if name not in dataset:
+            raise StudyError(f"the dataset has no variable {name!r}; a chart cannot be drawn")
+    for axis in ("H", "P"):
+        if dataset.sizes[axis] < 2:
+            raise StudyError(f"the dataset has a single value of {axis}; a chart needs a plane")
+    panels = dataset.sizes["ends"]
+    figure = Figure(figsize=(4.3 * panels + 1.9, 5.2), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = figure.subplots(1, panels, squeeze=False)[0]
+    regions = [_stable_sets(dataset.isel(ends=number)) for number in range(panels)]
+    palette = _palette(sorted({name for names in regions for name in np.unique(names)}, key=_rank))
+    for number, (ax, names) in enumerate(zip(axes, regions, strict=True)):
+        _panel(ax, dataset.isel(ends=number), names, palette)
+    axes[0].set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
+    handles = [
+        Patch(facecolor=colour, hatch=hatch, edgecolor="0.3", label=_label(name))
+        for name, (colour, hatch) in palette.items()
+    ]
+    handles += [line for line in axes[0].get_lines() if not line.get_label().startswith("_")]
+    figure.legend(handles=handles, loc="outside right upper", frameon=False, title="stable states")
+    title = dataset.attrs.get("title") or dataset.attrs.get("id", "")
+    figure.suptitle(title, fontsize="medium")
+    return figure
+
+
+def save_chart(dataset, path):
+    """Draw the chart and write it to `path` (PNG, PDF or SVG by its ending)."""
+    path = Path(path)
+    chart(dataset).savefig(path, dpi=200)
+
+
+def _stable_sets(panel):
+    """For each (H, P) the names of the stable states, joined; a star marks |θ| > 90°."""
+    stable = (panel["status"] == Status.SOLVED) & (panel["stability"] == Stability.STABLE)
+    stable = stable.transpose("H", "P", "state").values
+    steep = panel["max_slope"].transpose("H", "P", "state").values > np.pi / 2
+    names = np.full(stable.shape[:2], "", object)
+    for number, state in enumerate(panel["state"].values):
+        here = stable[:, :, number]
+        label = np.where(steep[:, :, number], f"{state}*", state)
+        joined = np.where(names == "", label, names + " + " + label)
+        names = np.where(here, joined, names)
+    names[names == ""] = "none"
+    return names.astype(str)
+
+
+def _rank(name):
+    known = list(COLOURS)
+    return (known.index(name) if name in known else len(known), name)
+
+
+def _palette(names):
+    """Colour and hatch of each set of stable states, the same in every figure for the usual ones."""
+    palette, spare = {}, iter(OTHERS * 20)
+    for name in names:
+        palette[name] = COLOURS.get(name) or (next(spare), "..." if "*" in name else "///")
+    return palette
+
+
+def _label(name):
+    return "none of those searched" if name == "none" else name
+
+
+def _panel(ax, panel, names, palette):
+    """One end condition: regions, exact curves, their names."""
+    ends = str(panel["ends"].values)
+    H, P = panel["H"].values, panel["P"].values
+    fine_H = np.linspace(H[0], H[-1], PICTURE[0])
+    fine_P = np.linspace(P[0], P[-1], PICTURE[1])
+    curves = _curves(ends, fine_H, [str(name) for name in panel["state"].values])
+    picture = _sharpen(H, P, names, fine_H, fine_P, curves)
+    order = list(palette)
+    codes = np.vectorize(order.index)(picture)
+    colours = ListedColormap([palette[name][0] for name in order])
+    ax.pcolormesh(
+        fine_H, fine_P, codes.T, cmap=colours, vmin=-0.5, vmax=len(order) - 0.5,
+        shading="nearest", rasterized=True,
+    )
+    for name in order:
+        if palette[name][1] and (picture == name).any():
+            inside = np.where(picture == name, 1.0, 0.0)
+            ax.contourf(fine_H, fine_P, inside.T, levels=[0.5, 1.5], colors="none",
+                        hatches=[palette[name][1]])
+    for event, load in curves.items():
+        ax.plot(fine_H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
+    _name_regions(ax, picture, fine_H, fine_P, palette)
+    ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=ends)
+
+
+def _curves(ends, H, names):
+    """Exact loads of the one-contact sequence, of those events that concern the states drawn."""
+    concerned = {"buckles": "0", "touches": "B1", "point_to_line": "U", "flat_buckles": "U-"}
+    return {event: loads(event, H, ends) for event in EVENTS if concerned[event] in names}
+
+
+def _sharpen(H, P, names, fine_H, fine_P, curves):
+    """Names on the fine grid: of the nearest grid point on the same side of every curve."""
+    span = np.array([np.ptp(H) / (len(H) - 1), np.ptp(P) / (len(P) - 1)])
+    coarse = np.stack(np.meshgrid(H, P, indexing="ij"), axis=-1).reshape(-1, 2)
+    fine = np.stack(np.meshgrid(fine_H, fine_P, indexing="ij"), axis=-1).reshape(-1, 2)
+    zone_coarse, zone_fine = np.zeros(len(coarse), int), np.zeros(len(fine), int)
+    for load in curves.values():
+        for zone, points in ((zone_coarse, coarse), (zone_fine, fine)):
+            above = points[:, 1] > np.interp(points[:, 0], fine_H, load)
+            zone += zone + above
+    flat = names.ravel()
+    nearest = cKDTree(coarse / span).query(fine / span)[1]
+    picture = flat[nearest]
+    for zone in np.unique(zone_fine):
+        members, known = zone_fine == zone, np.flatnonzero(zone_coarse == zone)
+        if known.size:
+            closest = cKDTree(coarse[known] / span).query(fine[members] / span)[1]
+            picture[members] = flat[known[closest]]
+    return picture.reshape(len(fine_H), len(fine_P))
+
+
+def _name_regions(ax, picture, H, P, palette):
+    """Write the name of each region where there is most room for it."""
+    from scipy.ndimage import distance_transform_edt
+
+    for name in palette:
+        inside = np.pad(picture == name, 1)
+        room = distance_transform_edt(inside, sampling=(2.0, 1.0))[1:-1, 1:-1]
+        if room.max(initial=0) < 12:
+            continue
+        i, j = np.unravel_index(room.argmax(), room.shape)
+        dark = sum(int(palette[name][0][k : k + 2], 16) for k in (1, 3, 5)) < 330
+        ax.text(H[i], P[j], name if name != "none" else "none stable", ha="center", va="center",
+                color="white" if dark else "black", fontsize="small")
