@@ -17,8 +17,9 @@ from elastica.sweep import sweep
 RIGHT_ANGLE = np.pi / 2
 TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""
-LINE_FOLD = 0.5281604
-"""Just above H√P at the fold of the clamped line states (α = 47.8°); beyond it there are none."""
+LINE_FOLD = 0.528160307318
+"""H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
+beyond it there are none. A segment from a pin ends at half of it."""
 BRANCH_STEPS = 24
 
 
@@ -64,7 +65,7 @@ def _line(segments, p, H):
     turns = np.array([(kind.first + kind.second) * np.pi / 2 for kind, *_ in segments])
     rises = np.array([segment.rise for segment in segments])
     scaled = np.max(rises / turns) * H * np.sqrt(p)
-    below = np.flatnonzero(scaled <= LINE_FOLD)
+    below = np.flatnonzero(scaled <= LINE_FOLD * (1 + 1e-9))
     p, H = p[below], H[below]
     lam = p * np.sqrt(p) * H * (rises / turns)[:, None]
     line = newton(segments, p, H, np.zeros_like(p), lam, fixed_kappa=True)

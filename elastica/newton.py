@@ -47,7 +47,6 @@ class Roots(NamedTuple):
         self.lam[:, where] = other.lam
 
 
-
 def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
     """Solve the arrow system from a start; each point stops on its own test.
 

@@ -66,9 +66,7 @@ def _bent(solution, points, s):
     p = FOUR_PI_SQUARED * solution.P.ravel()[points]
     H = solution.H.ravel()[points, None]
     kappa = solution.curvature.ravel()[points]
-    lam, lengths = (
-        field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths)
-    )
+    lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
     flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
     walls = [WALL[letter] for letter in state.word]
     reverses = state.reversed_segments(solution.ends)

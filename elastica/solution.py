@@ -193,7 +193,15 @@ def _straight(state, ends, P, H):
         "nullity": critical.astype(np.int16),
         "clearance": H,
         **dict.fromkeys(
-            ("curvature", "energy", "bending_energy", "shortening", "flat_length", "max_slope", "error"),
+            (
+                "curvature",
+                "energy",
+                "bending_energy",
+                "shortening",
+                "flat_length",
+                "max_slope",
+                "error",
+            ),
             zero,
         ),
         "reaction": none,
@@ -234,9 +242,7 @@ def _bent(state, ends, P, H):
         segments, pendulums, geometries, p, state.line
     )
     delta_energy = delta_energy + SAFETY * ROUNDING * (bending + p * shorter)
-    error = np.max(
-        [delta_kappa / np.sqrt(p), delta_length, delta_energy / np.abs(energy)], axis=0
-    )
+    error = np.max([delta_kappa / np.sqrt(p), delta_length, delta_energy / np.abs(energy)], axis=0)
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)
@@ -251,9 +257,7 @@ def _bent(state, ends, P, H):
 
     pull = roots.kappa * np.sqrt(p) + np.abs(lam).max(axis=0)
     admissible = (
-        (reaction >= -TOUCHING * pull).all(axis=0)
-        & (flat >= -MARGIN * delta_total)
-        & (gap >= -TOUCHING * H)
+        (reaction >= -TOUCHING * pull).all(axis=0) & (flat >= -MARGIN * delta_total) & (gap >= -TOUCHING * H)
     )
     solved = roots.found & admissible
     status = np.where(

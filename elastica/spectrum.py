@@ -12,7 +12,7 @@ and Q differs from it by something compact. Each segment's height constraint is 
 basis of its null space. The pencil (Q, ∫φ²) is solved shifted and inverted, 1/(ν + σ): so the low
 eigenvalues keep the digits that the largest one, ∝ (terms)⁴, would take.
 
-Symmetric states are solved by halves: rotations of the middle contact are free in even, zero in odd modes.
+Symmetric states are solved by halves: rotations of the middle are free in even, zero in odd modes.
 """
 
 from functools import cache
@@ -28,10 +28,10 @@ from elastica.euler import euler_root
 from elastica.segments import pendulum, start_phase
 
 FOUR_PI_SQUARED = 4 * np.pi**2
-TERMS_FOR_PHASE = {7.5: 28, 10.0: 44, 14.0: 60, 18.0: 76, 24.0: 108, 50.0: 208, np.inf: 448}
+TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, np.inf: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
 real axis, so eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
-BATCH_ENTRIES = 250_000
+BATCH_ENTRIES = 100_000
 """Matrix entries of a batch: larger ones leave the cache."""
 
 
@@ -67,6 +67,8 @@ def eigenvalues(solution, count):
     kappa = solution.curvature.ravel()[solved]
     lam = solution.lam.reshape(-1, solution.lam.shape[-1])[solved]
     lengths = solution.lengths.reshape(-1, solution.lengths.shape[-1])[solved]
+    if solution.state.mode and solution.ends.alike:
+        lengths = lengths / 2
     phase = (np.sqrt(np.hypot(p[:, None], lam)) * lengths).max(axis=1)
     lower = 0.0
     for upper, terms in TERMS_FOR_PHASE.items():
@@ -75,7 +77,13 @@ def eigenvalues(solution, count):
         batch = max(1, BATCH_ENTRIES // (terms * len(lengths.T)) ** 2)
         for points in np.split(group, range(batch, group.size, batch)):
             result[solved[points]] = _lowest(
-                solution, p[points], kappa[points], lam[points], lengths[points], terms + count, count
+                solution,
+                p[points],
+                kappa[points],
+                lam[points],
+                lengths[points],
+                terms + count,
+                count,
             )
     return result.reshape(*shape, count)
 
@@ -92,6 +100,7 @@ class Elements(NamedTuple):
     pendulums: list
     lengths: list
     vertex: list
+    constrained: bool = True
 
 
 def _lowest(solution, p, kappa, lam, lengths, terms, count):
@@ -121,6 +130,11 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
         even = half._replace(vertex=[*half.vertex[:-1], 0.5 * half.vertex[-1]])
         odd = half._replace(vertex=[*half.vertex[:-1], None])
         values = [_spectrum(part, terms, count) for part in (even, odd)]
+    elif state.mode and ends.alike:
+        # Halves of the only segment; odd modes keep the height of the ends by themselves.
+        even = whole._replace(vertex=[edge[0], free])
+        odd = whole._replace(vertex=[edge[0], None], constrained=False)
+        values = [_spectrum(part, terms, count) for part in (even, odd)]
     else:
         values = [_spectrum(whole, terms, count)]
     return np.sort(np.concatenate(values, axis=1), axis=1)[:, :count]
@@ -128,7 +142,7 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
 
 def _part(elements, first, last):
     """Segments first … last − 1 of a chain."""
-    return Elements(*(field[first:last] for field in elements[:-1]), elements.vertex[first : last + 1])
+    return Elements(*(field[first:last] for field in elements[:4]), elements.vertex[first : last + 1])
 
 
 def _symmetric(state, ends):
@@ -158,11 +172,12 @@ def _spectrum(elements, terms, count):
         heights[:, place, i] = height[:, local]
     for place, vertex in enumerate(vertices):
         Q[:, place, place] += elements.vertex[vertex]
-    basis = np.linalg.qr(heights, mode="complete")[0][:, :, len(elements.kinds) :]
-    across = basis.transpose(0, 2, 1)
+    if elements.constrained:
+        basis = np.linalg.qr(heights, mode="complete")[0][:, :, len(elements.kinds) :]
+        across = basis.transpose(0, 2, 1)
+        Q, mass = across @ Q @ basis, across @ mass @ basis
     # Q ≥ −F ∫φ², since the reactions of a solved state push.
     shift = np.max([q.F for q in elements.pendulums], axis=0)[:, None]
-    Q, mass = across @ Q @ basis, across @ mass @ basis
     lower = np.linalg.inv(np.linalg.cholesky(Q + shift[:, :, None] * mass))
     inverse = np.linalg.eigvalsh(lower @ mass @ lower.transpose(0, 2, 1))
     return 1 / inverse[:, ::-1][:, :count] - shift

@@ -1,11 +1,11 @@
 """Names of states: what they mean, their canonical form, and the segments they are made of.
 
-    0            straight
-    B1 B2 …      free buckling in mode n, no contact
-    U UD UU …    the walls touched, from end A to end B (U upper, D lower)
-    a… …a        the end segment on that side is of kind A: the strip first bends away from the wall
-    …-           line regime: the contacts are lines, κ = 0
-    …:2 :3       further roots of the same word, by increasing κ
+0            straight
+B1 B2 …      free buckling in mode n, no contact
+U UD UU …    the walls touched, from end A to end B (U upper, D lower)
+a… …a        the end segment on that side is of kind A: the strip first bends away from the wall
+…-           line regime: the contacts are lines, κ = 0
+…:2 :3       further roots of the same word, by increasing κ
 """
 
 import re
@@ -127,9 +127,7 @@ def parse_state(name, ends="clamped-clamped"):
     word, kind_a = match["word"], (bool(match["a"]), bool(match["b"]))
     line, root = bool(match["line"]), int(match["root"] or 1)
     if len(word) > MOST_CONTACTS:
-        raise ValueError(
-            f"state = {name!r} has {len(word)} contacts; at most {MOST_CONTACTS} can be solved"
-        )
+        raise ValueError(f"state = {name!r} has {len(word)} contacts; at most {MOST_CONTACTS} can be solved")
     if line:
         if "UU" in word or "DD" in word:
             raise ValueError(

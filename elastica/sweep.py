@@ -72,9 +72,7 @@ class Path:
     def _settle(self, points, kappa, lam):
         """Correct λ at fixed κ and evaluate the arrow system there."""
         p, H = self.p[points], self.H[points]
-        settled = newton(
-            self.segments, p, H, kappa, lam, fixed_kappa=True, most_steps=NODE_STEPS
-        )
+        settled = newton(self.segments, p, H, kappa, lam, fixed_kappa=True, most_steps=NODE_STEPS)
         arrow = arrow_system(self.segments, p, H, kappa, settled.lam)
         found = settled.found & np.isfinite(arrow.pivot)
         excess, pivot = np.where(found, arrow.excess, np.nan), np.where(found, arrow.pivot, np.nan)
@@ -100,9 +98,7 @@ class Path:
                 a, slope_a = np.where(before, kappa, a), np.where(before, pivot, slope_a)
                 b, slope_b = np.where(before, b, kappa), np.where(before, slope_b, pivot)
             settled = np.isfinite(pivot)
-            points, kappa, excess, pivot = (
-                values[settled] for values in (points, kappa, excess, pivot)
-            )
+            points, kappa, excess, pivot = (values[settled] for values in (points, kappa, excess, pivot))
             between["kappa"][node, points] = kappa
             between["excess"][node, points], between["pivot"][node, points] = excess, pivot
             between["lam"][node][:, points] = lam[:, settled]

@@ -1,6 +1,7 @@
 """Loads at which the one-contact sequence of a strip changes as the thrust grows.
 
-    straight → buckled → touches the wall at a point → lies flat on it → the flat stretch buckles
+    straight → buckled → touches the wall at a point → lies flat on it → the flat stretch buckles, or
+    the line state ends in a fold
 
 Each load is a root of a smooth function of P: a clearance, a flat length, a Euler load of the flat
 stretch; never the bisection of a count.
@@ -16,7 +17,7 @@ from elastica.solution import FOUR_PI_SQUARED, solve
 
 WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
 """Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""
-EVENTS = ("buckles", "touches", "point_to_line", "flat_buckles")
+EVENTS = ("buckles", "touches", "point_to_line", "flat_buckles", "line_ends")
 
 
 def loads(event, H, ends="clamped-clamped"):
@@ -27,7 +28,7 @@ def loads(event, H, ends="clamped-clamped"):
     event : str
         "buckles": the straight strip, at its Euler load; "touches": the first free shape, the wall;
         "point_to_line": the point contact becomes a line; "flat_buckles": the flat stretch, off the
-        wall.
+        wall; "line_ends": the line state meets a steeper one in a fold.
     H : array_like, shape (...)
     ends : str
 
@@ -64,6 +65,9 @@ def loads(event, H, ends="clamped-clamped"):
     # As H → 0 the free segments have √P ℓ = 1 (clamped) and ½ (pinned), and take less room than later.
     narrow = (2 - pins / 2 + flat_buckles) ** 2
     fold = (LINE_FOLD / (2 if pins else 1) / H) ** 2
+    if event == "line_ends":
+        begins = solve("U-", P=np.minimum(fold * (1 - 1e-5), 1e6), H=H, ends=ends).flat_length > 0
+        return np.where(begins, fold, np.nan)
     return _root(slack, 1e-4 * narrow, np.minimum(narrow, (1 - 1e-5) * fold), H)
 
 

@@ -9,7 +9,7 @@ from importlib import import_module
 
 _HOME = {
     "Study": "study",
-    "StudyError": "study",
+    "StudyError": "errors",
     "Plan": "plan",
     "run": "runner",
     "open": "files",

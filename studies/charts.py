@@ -4,6 +4,7 @@ Regions are bounded by the exact transition loads, not by the grid: a point of t
 of the nearest grid point on the same side of every curve.
 """
 
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -11,29 +12,44 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
+from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from elastica.codes import Stability, Status
-from elastica.states import parse_state
 from elastica.transitions import EVENTS, loads
-from studies.study import StudyError
+from studies.errors import StudyError
 
 COLOURS = {
-    "none": ("#ffffff", ""),
-    "0": ("#d9d9d9", ""),
-    "B1": ("#56b4e9", ""),
-    "U": ("#0b4f8a", ""),
-    "U-": ("#e69f00", ""),
+    "none": "#ffffff",
+    "0": "#d9d9d9",
+    "B1": "#56b4e9",
+    "U": "#0b4f8a",
+    "U-": "#e69f00",
 }
-"""Colour and hatch of a region: light and dark alternate so that the order survives in grey."""
+"""Light and dark alternate, so that the sequence of regions survives in grey."""
 OTHERS = ("#009e73", "#cc79a7", "#f0e442", "#d55e00", "#999933", "#882255")
 NAMES = {
     "buckles": "straight strip buckles",
     "touches": "wall is touched",
     "point_to_line": "point becomes line",
     "flat_buckles": "flat stretch buckles",
+    "line_ends": "line state ends in a fold",
 }
-STYLES = {"buckles": ":", "touches": "-", "point_to_line": "--", "flat_buckles": "-."}
+STYLES = {
+    "buckles": ":",
+    "touches": "-",
+    "point_to_line": "--",
+    "flat_buckles": "-.",
+    "line_ends": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
+}
+CONCERNS = {
+    "buckles": "0",
+    "touches": "B1",
+    "point_to_line": "U",
+    "flat_buckles": "U-",
+    "line_ends": "U-",
+}
 PICTURE = (420, 900)
 """Points of the picture along H and P."""
 
@@ -55,7 +71,7 @@ def chart(dataset):
     StudyError
         If a variable that is needed is missing, or the grid is no plane.
     """
-    for name in ("status", "stability", "max_slope"):
+    for name in ("status", "stability"):
         if name not in dataset:
             raise StudyError(f"the dataset has no variable {name!r}; a chart cannot be drawn")
     for axis in ("H", "P"):
@@ -71,8 +87,7 @@ def chart(dataset):
         _panel(ax, dataset.isel(ends=number), names, palette)
     axes[0].set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
     handles = [
-        Patch(facecolor=colour, hatch=hatch, edgecolor="0.3", label=_label(name))
-        for name, (colour, hatch) in palette.items()
+        Patch(facecolor=colour, edgecolor="0.3", label=_label(name)) for name, colour in palette.items()
     ]
     handles += [line for line in axes[0].get_lines() if not line.get_label().startswith("_")]
     figure.legend(handles=handles, loc="outside right upper", frameon=False, title="stable states")
@@ -88,16 +103,13 @@ def save_chart(dataset, path):
 
 
 def _stable_sets(panel):
-    """For each (H, P) the names of the stable states, joined; a star marks |θ| > 90°."""
+    """For each (H, P) the names of the stable states, joined."""
     stable = (panel["status"] == Status.SOLVED) & (panel["stability"] == Stability.STABLE)
     stable = stable.transpose("H", "P", "state").values
-    steep = panel["max_slope"].transpose("H", "P", "state").values > np.pi / 2
     names = np.full(stable.shape[:2], "", object)
     for number, state in enumerate(panel["state"].values):
-        here = stable[:, :, number]
-        label = np.where(steep[:, :, number], f"{state}*", state)
-        joined = np.where(names == "", label, names + " + " + label)
-        names = np.where(here, joined, names)
+        joined = np.where(names == "", state, names + f" + {state}")
+        names = np.where(stable[:, :, number], joined, names)
     names[names == ""] = "none"
     return names.astype(str)
 
@@ -108,11 +120,9 @@ def _rank(name):
 
 
 def _palette(names):
-    """Colour and hatch of each set of stable states, the same in every figure for the usual ones."""
-    palette, spare = {}, iter(OTHERS * 20)
-    for name in names:
-        palette[name] = COLOURS.get(name) or (next(spare), "..." if "*" in name else "///")
-    return palette
+    """Colour of each set of stable states, the same in every figure for the usual ones."""
+    spare = cycle(OTHERS)
+    return {name: COLOURS.get(name) or next(spare) for name in names}
 
 
 def _label(name):
@@ -129,26 +139,27 @@ def _panel(ax, panel, names, palette):
     picture = _sharpen(H, P, names, fine_H, fine_P, curves)
     order = list(palette)
     codes = np.vectorize(order.index)(picture)
-    colours = ListedColormap([palette[name][0] for name in order])
+    colours = ListedColormap(list(palette.values()))
     ax.pcolormesh(
-        fine_H, fine_P, codes.T, cmap=colours, vmin=-0.5, vmax=len(order) - 0.5,
-        shading="nearest", rasterized=True,
+        fine_H,
+        fine_P,
+        codes.T,
+        cmap=colours,
+        vmin=-0.5,
+        vmax=len(order) - 0.5,
+        shading="nearest",
+        rasterized=True,
     )
-    for name in order:
-        if palette[name][1] and (picture == name).any():
-            inside = np.where(picture == name, 1.0, 0.0)
-            ax.contourf(fine_H, fine_P, inside.T, levels=[0.5, 1.5], colors="none",
-                        hatches=[palette[name][1]])
     for event, load in curves.items():
         ax.plot(fine_H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
     _name_regions(ax, picture, fine_H, fine_P, palette)
+    ax.xaxis.set_major_locator(MaxNLocator(5))
     ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=ends)
 
 
 def _curves(ends, H, names):
     """Exact loads of the one-contact sequence, of those events that concern the states drawn."""
-    concerned = {"buckles": "0", "touches": "B1", "point_to_line": "U", "flat_buckles": "U-"}
-    return {event: loads(event, H, ends) for event in EVENTS if concerned[event] in names}
+    return {event: loads(event, H, ends) for event in EVENTS if CONCERNS[event] in names}
 
 
 def _sharpen(H, P, names, fine_H, fine_P, curves):
@@ -174,14 +185,21 @@ def _sharpen(H, P, names, fine_H, fine_P, curves):
 
 def _name_regions(ax, picture, H, P, palette):
     """Write the name of each region where there is most room for it."""
-    from scipy.ndimage import distance_transform_edt
-
     for name in palette:
         inside = np.pad(picture == name, 1)
         room = distance_transform_edt(inside, sampling=(2.0, 1.0))[1:-1, 1:-1]
         if room.max(initial=0) < 12:
             continue
-        i, j = np.unravel_index(room.argmax(), room.shape)
-        dark = sum(int(palette[name][0][k : k + 2], 16) for k in (1, 3, 5)) < 330
-        ax.text(H[i], P[j], name if name != "none" else "none stable", ha="center", va="center",
-                color="white" if dark else "black", fontsize="small")
+        roomy = np.argwhere(room > 0.9 * room.max())
+        i, j = roomy[np.abs(roomy - roomy.mean(axis=0)).sum(axis=1).argmin()]
+        dark = sum(int(palette[name][k : k + 2], 16) for k in (1, 3, 5)) < 330
+        ax.text(
+            H[i],
+            P[j],
+            name if name != "none" else "none stable",
+            ha="center",
+            va="center",
+            color="white" if dark else "black",
+            fontsize="small",
+            bbox={"facecolor": palette[name], "edgecolor": "none", "pad": 1.5},
+        )

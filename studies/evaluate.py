@@ -15,7 +15,6 @@ from elastica.states import is_canonical
 from studies.schema import STATES, coordinates, variables
 
 
-
 class Block(NamedTuple):
     """A rectangle of the grid: one end condition, some half gaps, some loads, every state.
 
@@ -127,10 +126,20 @@ def _solve(name, ends, H, P, outputs):
     solution = solve(name, P=P, H=H, ends=ends)
     values = {
         field: getattr(solution, field)
-        for field in (
-            "status stability index nullity curvature energy bending_energy shortening flat_length "
-            "max_slope clearance error"
-        ).split()
+        for field in [
+            "status",
+            "stability",
+            "index",
+            "nullity",
+            "curvature",
+            "energy",
+            "bending_energy",
+            "shortening",
+            "flat_length",
+            "max_slope",
+            "clearance",
+            "error",
+        ]
     }
     if solution.state.word:
         values |= {field: getattr(solution, field) for field in ("reaction", "contact_position")}

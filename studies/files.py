@@ -14,8 +14,8 @@ from threading import RLock
 import netCDF4
 import numpy as np
 
+from studies.errors import StudyError
 from studies.schema import COORDINATES, FORMAT_VERSION, variables
-from studies.study import StudyError
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
@@ -103,9 +103,7 @@ def write_labels(dataset, dim, values, attributes):
     if f"string{width}" not in dataset.dimensions:
         dataset.createDimension(f"string{width}", width)
     owner = "failure" if dim == "failure_reason" else dim
-    variable = dataset.createVariable(
-        dim, "S1", (owner, f"string{width}"), fill_value=False, **COMPRESSION
-    )
+    variable = dataset.createVariable(dim, "S1", (owner, f"string{width}"), fill_value=False, **COMPRESSION)
     variable.setncatts({**attributes, "_Encoding": "utf-8"})
     encoded = np.array([text.encode() for text in values], f"S{width}")
     variable[:] = encoded.view("S1").reshape(values.size, width)
@@ -206,5 +204,3 @@ def identify(path):
     if missing:
         raise StudyError(f"{path}: {', '.join(sorted(missing))} is missing; the file is damaged")
     return attributes
-
-

@@ -56,9 +56,9 @@ def _lines(total, done, stream):
             rate = finished / (now - start)
             left = (total - done - finished) / rate
             print(
-                f"{done + finished:,}/{total:,} points, {rate:,.0f} points/s, "
-                f"{readable_time(left)} left",
-                file=stream, flush=True,
+                f"{done + finished:,}/{total:,} points, {rate:,.0f} points/s, {readable_time(left)} left",
+                file=stream,
+                flush=True,
             )
 
     yield advance

@@ -29,9 +29,7 @@ def describe(plan):
     about = {key: value for key, value in study.study.model_dump().items() if value}
     about.pop("name")
     about.setdefault("title", study.name)
-    about.setdefault(
-        "summary", "Equilibria and stability of an inextensible strip between two rigid walls"
-    )
+    about.setdefault("summary", "Equilibria and stability of an inextensible strip between two rigid walls")
     return {
         **about,
         "id": study.name,
@@ -59,7 +57,11 @@ def _git():
     try:
         described = subprocess.run(
             ["git", "describe", "--always", "--tags", "--dirty"],
-            cwd=here, capture_output=True, text=True, timeout=10, check=True,
+            cwd=here,
+            capture_output=True,
+            text=True,
+            timeout=10,
+            check=True,
         ).stdout.strip()
     except (OSError, subprocess.SubprocessError):
         return {}

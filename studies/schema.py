@@ -43,19 +43,33 @@ class Variable(NamedTuple):
 
 VARIABLES = {
     "status": Variable(
-        "i1", STATES, "what became of the state", Status.NOT_COMPUTED, flags=Status,
+        "i1",
+        STATES,
+        "what became of the state",
+        Status.NOT_COMPUTED,
+        flags=Status,
         comment="of an inadmissible state the values are kept, the verdict is not given",
     ),
     "stability": Variable(
-        "i1", STATES, "stability with contacts free to move", Stability.NOT_SOLVED, flags=Stability,
+        "i1",
+        STATES,
+        "stability with contacts free to move",
+        Stability.NOT_SOLVED,
+        flags=Stability,
         comment="by the second variation under load control; -1 unless status is solved",
     ),
     "index": Variable(
-        "i2", STATES, "number of negative directions of the second variation", -1,
+        "i2",
+        STATES,
+        "number of negative directions of the second variation",
+        -1,
         comment="-1 unless status is solved",
     ),
     "nullity": Variable(
-        "i2", STATES, "number of zero directions of the second variation", -1,
+        "i2",
+        STATES,
+        "number of zero directions of the second variation",
+        -1,
         comment="-1 unless status is solved",
     ),
     "curvature": Variable(
@@ -68,34 +82,51 @@ VARIABLES = {
     "shortening": Variable("f8", STATES, "approach of the ends", comment="Delta L*/L"),
     "flat_length": Variable("f8", STATES, "length lying flat on the walls", comment="divided by L"),
     "max_slope": Variable(
-        "f8", STATES, "largest angle between strip and walls", units="radian",
+        "f8",
+        STATES,
+        "largest angle between strip and walls",
+        units="radian",
         comment="beyond pi/2 the strip overhangs; contact of the strip with itself is not modelled",
     ),
     "clearance": Variable(
-        "f8", STATES, "gap between a wall and the nearest bump that is not a contact",
+        "f8",
+        STATES,
+        "gap between a wall and the nearest bump that is not a contact",
         comment="divided by L; H where there is no such bump",
     ),
     "reaction": Variable(
-        "f8", PER_CONTACT, "force of the wall at a contact",
+        "f8",
+        PER_CONTACT,
+        "force of the wall at a contact",
         comment="L^2/(4 pi^2 EI) mu*; of a line the sum of its two end forces",
     ),
     "contact_position": Variable(
-        "f8", PER_CONTACT, "arc length of a contact", comment="divided by L; of a line its beginning"
+        "f8",
+        PER_CONTACT,
+        "arc length of a contact",
+        comment="divided by L; of a line its beginning",
     ),
     "eigenvalue": Variable(
-        "f8", PER_MODE, "eigenvalue of the second variation",
+        "f8",
+        PER_MODE,
+        "eigenvalue of the second variation",
         comment="EI = L = 1, weight 1, ascending; of a line state those of its free segments",
     ),
     "theta": Variable("f8", ALONG, "angle between strip and walls", units="radian"),
     "x": Variable("f8", ALONG, "position along the walls", comment="divided by L"),
     "y": Variable("f8", ALONG, "height above the middle", comment="divided by L"),
     "error": Variable(
-        "f8", STATES, "bound of the relative rounding error",
+        "f8",
+        STATES,
+        "bound of the relative rounding error",
         comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|)",
     ),
     "stable_count": Variable("i2", GRID, "number of states with stability stable", 0),
     "preferred_state": Variable(
-        "i2", GRID, "position along state of the stable state of least energy", -1,
+        "i2",
+        GRID,
+        "position along state of the stable state of least energy",
+        -1,
         comment="-1 where no state is stable",
     ),
 }
@@ -137,6 +168,4 @@ def coordinates(ends, H, P, names, outputs):
 
 def variables(labels):
     """The variables whose dimensions are all there."""
-    return {
-        name: variable for name, variable in VARIABLES.items() if set(variable.dims) <= set(labels)
-    }
+    return {name: variable for name, variable in VARIABLES.items() if set(variable.dims) <= set(labels)}

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from elastica.codes import Stability, Status
+from studies.errors import StudyError
 from studies.evaluate import evaluate
 from studies.files import (
     FAILURE_INDICES,
@@ -20,7 +21,6 @@ from studies.files import (
 )
 from studies.provenance import describe
 from studies.schema import FORMAT_VERSION, GRID, STATES, VARIABLES, coordinates, variables
-from studies.study import StudyError
 
 
 def folder_of(out):
@@ -95,9 +95,7 @@ def reduce(plan, folder, out):
         raise StudyError(f"{folder}: {len(missing)} of {len(plan.blocks)} shards are missing")
     kept = _names_to_keep(plan, folder)
     grid = study.grid
-    labels = coordinates(
-        grid.ends, grid.H, grid.P, [plan.names[i] for i in kept], study.outputs
-    )
+    labels = coordinates(grid.ends, grid.H, grid.P, [plan.names[i] for i in kept], study.outputs)
     with written_whole(out) as temporary:
         with opened(temporary, "w") as dataset:
             define(dataset, labels, describe(plan))

@@ -25,15 +25,12 @@ from pydantic import (
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state, states
+from studies.errors import StudyError
 
 NUMERICS_VERSION = 1
 """Raised whenever the same study may give other values than before, beyond rounding."""
 LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000
-
-
-class StudyError(ValueError):
-    """A study, or a file, that cannot be used; the message says why and what to change."""
 
 
 class _Table(BaseModel):
@@ -241,9 +238,7 @@ class Study(_Table):
                 if _has_meaning(name, ends)
             )
         else:
-            wanted = (
-                name for ends in self.grid.ends for name in states(ends, self.states.max_contacts)
-            )
+            wanted = (name for ends in self.grid.ends for name in states(ends, self.states.max_contacts))
         return tuple(dict.fromkeys(wanted))
 
     @property

@@ -1,0 +1,178 @@
+"""Check a dataset: is it whole, does it mean what it says, can its numbers be found again?
+
+Left out: repairing. A file that fails is reported, never changed.
+"""
+
+import json
+
+import numpy as np
+
+from elastica.codes import Stability, Status
+from studies.errors import StudyError
+from studies.evaluate import Block, evaluate
+from studies.files import content_hash, identify, opened
+from studies.schema import STATES, VARIABLES
+from studies.study import Study
+
+SAMPLE = 200
+RELATIVE = ("energy", "bending_energy", "shortening")
+
+
+def check(path, sample=SAMPLE, seed=0):
+    """Check a dataset and describe it.
+
+    Parameters
+    ----------
+    path : str or Path
+    sample : int
+        Grid points to solve again.
+    seed : int
+        Which ones.
+
+    Returns
+    -------
+    report : list of str
+        What is in the file.
+    problems : list of str
+        What is wrong with it; empty for a good file.
+
+    Raises
+    ------
+    StudyError
+        If the file is missing, unreadable or not one of ours.
+    """
+    attributes = identify(path)
+    problems = []
+    try:
+        if content_hash(path) != attributes.get("content_hash"):
+            problems.append("the values are not those that were written (content_hash differs)")
+    except (OSError, RuntimeError) as problem:
+        raise StudyError(f"{path}: the file is damaged ({problem})") from None
+    study = _study(path, attributes, problems)
+    with opened(path) as dataset:
+        labels = {name: _labels(dataset.variables[name]) for name in STATES}
+        values = {name: dataset.variables[name][:] for name in dataset.variables if name in VARIABLES}
+    problems += _flags(values) + _ranges(values, labels)
+    if study is not None and not problems:
+        problems += _recompute(study, labels, values, sample, seed)
+    return _describe(path, attributes, labels, values, sample), problems
+
+
+def _labels(variable):
+    """Labels of a coordinate; characters joined to text."""
+    values = variable[:]
+    if values.dtype.kind != "S":
+        return values
+    return np.array([row.tobytes().rstrip(b"\0").decode() for row in values])
+
+
+def _study(path, attributes, problems):
+    """The study that the file was computed from, if its description is intact."""
+    try:
+        study = Study.from_dict(json.loads(attributes["config_json"]), path)
+    except (KeyError, ValueError) as problem:
+        problems.append(f"the study in config_json cannot be read ({problem})")
+        return None
+    for name in ("study_id", "numerics_id"):
+        if attributes.get(name) != getattr(study, name):
+            problems.append(f"{name} does not belong to the study in config_json")
+            return None
+    return study
+
+
+def _flags(values):
+    """Codes that have no meaning, and verdicts where there is no state."""
+    problems = []
+    for name, codes in (("status", Status), ("stability", Stability)):
+        unknown = np.setdiff1d(values[name], [code.value for code in codes])
+        if unknown.size:
+            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
+    solved = values["status"] == Status.SOLVED
+    for name in ("stability", "index", "nullity"):
+        if ((values[name] >= 0) != solved).any():
+            problems.append(f"{name} is not given exactly where status is solved")
+    return problems
+
+
+def _ranges(values, labels):
+    """Numbers that no equilibrium can have."""
+    problems = []
+    solved = values["status"] == Status.SOLVED
+    H = labels["H"][:, None, None]
+    slack = 1e-9
+    for name, good in (
+        ("curvature", values["curvature"] >= 0),
+        ("bending_energy", values["bending_energy"] >= 0),
+        ("shortening", (values["shortening"] >= -slack) & (values["shortening"] <= 2)),
+        ("flat_length", (values["flat_length"] >= -slack) & (values["flat_length"] <= 1)),
+        ("clearance", (values["clearance"] >= -slack) & (values["clearance"] <= H + slack)),
+        ("error", values["error"] >= 0),
+    ):
+        if (solved & ~good).any():
+            problems.append(f"{name} is out of range at {(solved & ~good).sum()} solved states")
+    return problems
+
+
+def _recompute(study, labels, values, sample, seed):
+    """Solve some grid points again and compare: flags exactly, numbers within `error`."""
+    names = [str(name) for name in labels["state"]]
+    shape = tuple(labels[axis].size for axis in STATES[:3])
+    random = np.random.default_rng(seed)
+    count = min(sample, int(np.prod(shape)))
+    problems = []
+    for point in random.choice(int(np.prod(shape)), count, replace=False):
+        e, i, j = (int(k) for k in np.unravel_index(point, shape))
+        block = Block((e, i, j), str(labels["ends"][e]), (labels["H"][i],), (labels["P"][j],))
+        again, _ = evaluate(block, names, study.outputs)
+        error = np.maximum(values["error"][e, i, j], 1e-12)
+        doubtful = (again["stability"][0, 0, 0] == Stability.CRITICAL) | (
+            values["stability"][e, i, j] == Stability.CRITICAL
+        )
+        for name, new in again.items():
+            if name not in values:
+                continue
+            old, new = values[name][e, i, j], new[0, 0, 0][: values[name].shape[3]]
+            if new.ndim > 1:
+                new = new[:, : old.shape[1]]
+            if VARIABLES[name].dtype != "f8":
+                differs = (old != new) & ~doubtful
+            else:
+                scale = np.abs(old) if name in RELATIVE else np.maximum(np.abs(old), 1.0)
+                room = 100 * error.reshape(-1, *[1] * (old.ndim - 1)) * scale
+                differs = ~((np.abs(old - new) <= room) | (np.isnan(old) & np.isnan(new)))
+                differs &= ~doubtful.reshape(-1, *[1] * (old.ndim - 1))
+            if differs.any():
+                problems.append(
+                    f"{name} cannot be found again at ends={block.ends}, H={block.H[0]:g}, P={block.P[0]:g}"
+                )
+                break
+    return problems
+
+
+def _describe(path, attributes, labels, values, sample):
+    """What is in the file, on one screen."""
+    status = values["status"]
+    lines = [
+        f"{path}",
+        f"  title       {attributes.get('title', '')}",
+        f"  study       {attributes['study_id'][:8]}   numerics {attributes['numerics_id'][:8]}   "
+        f"content {attributes.get('content_hash', '')[:8]}",
+        f"  computed    {attributes.get('date_created', 'unknown')} by {attributes.get('source', 'unknown')}",
+        f"  ends        {', '.join(labels['ends'])}",
+    ]
+    for axis in ("H", "P"):
+        label = labels[axis]
+        lines.append(f"  {axis:<11} {label.size} values from {label[0]:g} to {label[-1]:g}")
+    lines.append("  state         solved   stable  inadmissible  no equilibrium  failed")
+    for number, name in enumerate(labels["state"]):
+        here, verdict = status[..., number], values["stability"][..., number]
+        counts = [
+            (here == Status.SOLVED).sum(),
+            (verdict == Stability.STABLE).sum(),
+            (here == Status.INADMISSIBLE).sum(),
+            (here == Status.NO_EQUILIBRIUM).sum(),
+            (here == Status.FAILED).sum(),
+        ]
+        lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>7,}".format(name, *counts))
+    lines.append(f"  {min(sample, int(np.prod(status.shape[:3]))):,} grid points solved again")
+    return lines

@@ -1,0 +1,231 @@
+"""The `elastica` command. Each subcommand imports what it needs, so that `elastica solve` answers at once."""
+
+import json
+import os
+import signal
+import sys
+from pathlib import Path
+
+import click
+
+BAD_INPUT = 2
+FAILED_POINTS = 3
+INTERRUPTED = 130
+
+
+class Group(click.Group):
+    """Report bad input as one sentence with exit status 2."""
+
+    def invoke(self, ctx):
+        """Run a subcommand."""
+        from studies.errors import StudyError
+
+        try:
+            return super().invoke(ctx)
+        except StudyError as problem:
+            raise _refused(problem) from None
+        except OSError as problem:
+            where = f"{problem.filename}: " if problem.filename else ""
+            raise _refused(f"{where}{problem.strerror or problem}") from None
+
+
+def _refused(problem):
+    error = click.ClickException(str(problem))
+    error.exit_code = BAD_INPUT
+    return error
+
+
+@click.group(cls=Group, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="constrained-elastica", prog_name="elastica")
+def main():
+    """Equilibria and stability of an elastic strip pushed between two walls."""
+
+
+STUDY = click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.toml")
+FILE = click.argument("file", type=click.Path(path_type=Path), metavar="FILE.nc")
+
+
+@main.command()
+@STUDY
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: <study name>.nc here.")
+@click.option("--workers", type=click.IntRange(min=0), help="Worker processes; 0 computes in this one.")
+@click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
+@click.pass_context
+def run(ctx, study, output, workers, scheduler):
+    """Compute a study and write its dataset."""
+    from studies.errors import StudyError
+    from studies.plan import Plan
+    from studies.runner import compute, folder_of, is_done
+    from studies.study import Study
+
+    study = Study.from_toml(study)
+    output = output or Path(f"{study.name}.nc")
+    if is_done(study, output):
+        click.echo(f"{output}: this study is done; nothing to compute")
+    else:
+        if scheduler and workers is not None:
+            raise StudyError("--workers and --scheduler: a running scheduler has its own workers; give one")
+        signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
+        try:
+            compute(Plan.of(study), output, workers, _client(ctx, scheduler))
+        except (KeyboardInterrupt, SystemExit):
+            click.echo(
+                f"stopped; what is computed is kept in {folder_of(output)} and the same command "
+                "goes on from there",
+                err=True,
+            )
+            sys.exit(INTERRUPTED)
+    _summarise(ctx, output)
+
+
+def _client(ctx, address):
+    """A client of a running scheduler, closed with the command."""
+    if address is None:
+        return None
+    from distributed import Client
+
+    from studies.errors import StudyError
+
+    try:
+        return ctx.with_resource(Client(address, timeout=10))
+    except (OSError, ValueError) as problem:
+        raise StudyError(f"--scheduler {address}: no dask scheduler answers there ({problem})") from None
+
+
+def _summarise(ctx, output):
+    """Say what a dataset holds; exit status 3 if states failed."""
+    import numpy as np
+
+    from elastica.codes import Stability, Status
+    from studies.files import opened
+
+    with opened(output) as dataset:
+        status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
+    counts = {code: int((status == code).sum()) for code in Status}
+    stable = int((stability == Stability.STABLE).sum())
+    click.echo(
+        f"{output}: {int(np.prod(status.shape[:3])):,} grid points, "
+        f"{counts[Status.SOLVED]:,} states solved ({stable:,} stable), "
+        f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.FAILED]:,} failed"
+    )
+    if counts[Status.FAILED]:
+        click.echo("the points that failed, with reasons, are in the failure table", err=True)
+        ctx.exit(FAILED_POINTS)
+
+
+@main.command()
+@STUDY
+@click.option("--workers", type=click.IntRange(min=1), help="Default: all processors.")
+def plan(study, workers):
+    """Say what a run would compute, how large and how long; solve nothing."""
+    from studies.plan import Plan
+    from studies.runner import processors
+    from studies.study import Study
+
+    for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
+        click.echo(line)
+
+
+@main.command()
+@click.option("--state", required=True, help="Name such as 0, B1, U, Ua, U-.")
+@click.option("--ends", default="clamped-clamped", show_default=True)
+@click.option("--P", "P", type=float, required=True, help="Thrust P*L²/(4π²EI).")
+@click.option("--H", "H", type=float, required=True, help="Half gap H*/L.")
+@click.option("--eigenvalues", type=click.IntRange(min=0, max=100), default=4, show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
+def solve(state, ends, P, H, eigenvalues, as_json):
+    """Solve one state at one point."""
+    from elastica.codes import Stability, Status
+    from elastica.solution import solve as solve_state
+    from studies.errors import StudyError
+
+    try:
+        solution = solve_state(state, P=P, H=H, ends=ends)
+    except ValueError as problem:
+        raise StudyError(str(problem)) from None
+    if solution.reasons:
+        raise StudyError(solution.reasons[0])
+    fields = (
+        "curvature energy bending_energy shortening flat_length max_slope clearance reaction "
+        "contact_position lam lengths error"
+    )
+    answer = {
+        "state": solution.state.name,
+        "ends": str(solution.ends),
+        "P": P,
+        "H": H,
+        "status": Status(int(solution.status)).name.lower(),
+        "stability": Stability(int(solution.stability)).name.lower(),
+        "index": int(solution.index),
+        "nullity": int(solution.nullity),
+        **{name: getattr(solution, name).tolist() for name in fields.split()},
+    }
+    if eigenvalues:
+        answer["eigenvalues"] = solution.eigenvalues(eigenvalues).tolist()
+    if as_json:
+        click.echo(json.dumps(_without_nan(answer)))
+        return
+    for name, value in answer.items():
+        values = value if isinstance(value, list) else [value]
+        if values and values == values[:1] * len(values) and values[0] != values[0]:
+            continue
+        text = " ".join(f"{v:.12g}" if isinstance(v, float) else str(v) for v in values)
+        if text:
+            click.echo(f"{name:<17} {text}")
+
+
+def _without_nan(value):
+    """JSON has no NaN: what does not exist is null."""
+    if isinstance(value, dict):
+        return {name: _without_nan(item) for name, item in value.items()}
+    if isinstance(value, list):
+        return [_without_nan(item) for item in value]
+    return None if value != value else value
+
+
+@main.command()
+@FILE
+@click.option(
+    "--sample",
+    type=click.IntRange(min=0),
+    default=200,
+    show_default=True,
+    help="Grid points to solve again.",
+)
+def check(file, sample):
+    """Verify a dataset and say what is in it."""
+    from studies.checking import check as check_file
+
+    report, problems = check_file(file, sample)
+    for line in report:
+        click.echo(line)
+    for problem in problems:
+        click.echo(f"problem: {problem}", err=True)
+    if problems:
+        sys.exit(BAD_INPUT)
+    click.echo("  good")
+
+
+@main.command()
+@FILE
+@click.option("--kind", type=click.Choice(["chart"]), default="chart", show_default=True)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="PNG, PDF or SVG; default: beside the file.",
+)
+def plot(file, kind, output):
+    """Draw a dataset."""
+    from studies.charts import save_chart
+    from studies.errors import StudyError
+    from studies.files import open as open_dataset
+
+    output = output or file.with_suffix(".png")
+    if output.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise StudyError(f"{output}: the ending decides the format; use .png, .pdf or .svg")
+    if not output.parent.is_dir() or not os.access(output.parent, os.W_OK):
+        raise StudyError(f"{output.parent}: this folder does not exist or cannot be written to")
+    with open_dataset(file) as dataset:
+        save_chart(dataset, output)
+    click.echo(f"{output}")
