@@ -24,6 +24,7 @@ class Ends(NamedTuple):
         return self.A is self.B
 
     def __str__(self):
+        """Write `A-B`, the form that `parse_ends` reads."""
         return f"{self.A.value}-{self.B.value}"
 
 

@@ -37,7 +37,7 @@ class Segment(NamedTuple):
 
 
 class State(NamedTuple):
-    """A parsed name. `word` is empty without contact; `mode` is 0 except for B1, B2, …"""
+    """A parsed name: `word` is empty without contact, `mode` is 0 except for B1, B2 and so on."""
 
     name: str
     mode: int = 0
@@ -90,8 +90,11 @@ class State(NamedTuple):
         return (*(False for _ in self.word), True)
 
     def distinct_segments(self, ends):
-        """Kinds of segment with their number: the unknowns of the state, whatever the order."""
-        return Counter(self.segments(ends))
+        """Kinds of segment with their number: the unknowns of the state, whatever the order.
+
+        Words that have the same segments in another order thus give identical numbers.
+        """
+        return Counter(sorted(self.segments(ends)))
 
 
 def parse_state(name, ends="clamped-clamped"):
@@ -177,7 +180,7 @@ def states(ends="clamped-clamped", max_contacts=1):
         If `max_contacts` is out of range.
     """
     ends = parse_ends(ends)
-    if not isinstance(max_contacts, int) or not 0 <= max_contacts <= MOST_CONTACTS:
+    if type(max_contacts) is not int or not 0 <= max_contacts <= MOST_CONTACTS:
         raise ValueError(f"max_contacts = {max_contacts!r}; use a whole number from 0 to {MOST_CONTACTS}")
     names = ["0", *(f"B{mode}" for mode in range(1, max_contacts + 2))]
     for contacts in range(1, max_contacts + 1):

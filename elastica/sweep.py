@@ -16,8 +16,8 @@ def sweep(segments, p, H, start, number):
     """The `number`-th root by increasing κ, up to the first node where the strip is past 90°.
 
     Nodes are graded: fine below κ = pH, where a segment leaves its line shape, coarse up to
-    κ = √(2p), where a segment without reaction reaches 90°. Where ΣnD changes sign between two nodes the extremum is added
-    as a node, so that a pair of roots near a fold is not stepped over.
+    κ = √(2p), where a segment without reaction reaches 90°. Where ΣnD changes sign between two nodes
+    the extremum is added as a node, so that a pair of roots near a fold is not stepped over.
 
     Parameters
     ----------

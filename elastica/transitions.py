@@ -68,7 +68,7 @@ def loads(event, H, ends="clamped-clamped"):
     if event == "line_ends":
         begins = solve("U-", P=np.minimum(fold * (1 - 1e-5), 1e6), H=H, ends=ends).flat_length > 0
         return np.where(begins, fold, np.nan)
-    return _root(slack, 1e-4 * narrow, np.minimum(narrow, (1 - 1e-5) * fold), H)
+    return _root(slack, 1e-4 * narrow, np.minimum(narrow * (1 + 1e-9), (1 - 1e-5) * fold), H)
 
 
 def _root(slack, low, high, H):

@@ -1,4 +1,4 @@
-"""Check a dataset: is it whole, does it mean what it says, can its numbers be found again?
+"""Check a dataset: whether it is whole, means what it says, and its numbers can be found again.
 
 Left out: repairing. A file that fails is reported, never changed.
 """

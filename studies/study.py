@@ -7,6 +7,7 @@ import hashlib
 import json
 import math
 import tomllib
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -77,7 +78,7 @@ def _axis(value):
     labels = tuple(canonical(_number(float(v) if isinstance(v, np.floating) else v)) for v in value)
     if not labels:
         raise ValueError("the axis is empty; give at least one value")
-    for before, after in zip(labels, labels[1:], strict=False):
+    for before, after in pairwise(labels):
         if after <= before:
             raise ValueError(f"{after:g} follows {before:g}; values must increase")
     return labels

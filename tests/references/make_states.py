@@ -343,9 +343,7 @@ def locate(state, ends, P, H, density=1):
         low, top = 0.0, 0.5
         for _ in range(60):
             middle = (low + top) / 2
-            low, top = (
-                (middle, top) if full * special.ellipk(middle) < math.sqrt(p) else (low, middle)
-            )
+            low, top = (middle, top) if full * special.ellipk(middle) < math.sqrt(p) else (low, middle)
         return 2 * math.sqrt(low * p), (0.0,)
     rise = 0.0 if regime == "free" else H
     with np.errstate(all="ignore"):
@@ -528,9 +526,7 @@ class Series:
     def verify(self, kind, kappa, lam, p, rise, advance):
         """Compare the integrated end values with those of the elliptic integrals."""
         _, (theta, curvature) = end_values(kind, kappa, lam, p)
-        error = max(
-            abs(x - y) for x, y in zip(self.end, (theta, curvature, rise, advance), strict=True)
-        )
+        error = max(abs(x - y) for x, y in zip(self.end, (theta, curvature, rise, advance), strict=True))
         if error > mpf(2) ** (40 - self.bits):
             raise ArithmeticError(f"shape and elliptic integrals differ by {mp.nstr(error, 3)}")
         return error
@@ -566,9 +562,7 @@ class Series:
             u, w = sum(uu), sum(ww)
             du = sum(map(mul, range(order + 1), uu))
             dw = sum(map(mul, range(order + 1), ww))
-            integral += sum(
-                sum(map(mul, cosine[order - 1 - k :], ww)) // (k + 1) for k in range(order)
-            )
+            integral += sum(sum(map(mul, cosine[order - 1 - k :], ww)) // (k + 1) for k in range(order))
         integral_w = self.real(integral * width >> (2 * bits))
         u, w = self.real(u), self.real(w)
         step = self.real(width)
@@ -672,9 +666,7 @@ def _profile(segment, kappa, p, s):
 def _lowest(stiffness, mass, constraints, count):
     """Lowest eigenvalues of a symmetric pencil under linear constraints."""
     basis = linalg.null_space(constraints)
-    return linalg.eigh(basis.T @ stiffness @ basis, basis.T @ mass @ basis, eigvals_only=True)[
-        :count
-    ]
+    return linalg.eigh(basis.T @ stiffness @ basis, basis.T @ mass @ basis, eigvals_only=True)[:count]
 
 
 def galerkin(problem, kappa, p, count=EIGENVALUES, size=44):
@@ -793,9 +785,7 @@ def reference(state, ends, P, H):
         _, regime = layout(state, ends)
         flat = 1 - sum(s.length for s in segments) if regime == "line" else mpf(0)
         shortening = sum(s.length - s.advance for s in segments)
-        bending = sum(
-            p * s.advance + s.lam * s.rise + (kappa**2 / 2 - p) * s.length for s in segments
-        )
+        bending = sum(p * s.advance + s.lam * s.rise + (kappa**2 / 2 - p) * s.length for s in segments)
         if flat < 0:
             raise ArithmeticError("negative flat length")
         scale = 4 * mp.pi**2
@@ -1053,8 +1043,7 @@ def check(rounds=2, seed=SEED):
         slopes = []
         for dP, dH in ((step, 0.0), (0.0, step)):
             up, down = (
-                mpf(reference(state, ends, P + sign * dP, H + sign * dH)["energy"])
-                for sign in (1, -1)
+                mpf(reference(state, ends, P + sign * dP, H + sign * dH)["energy"]) for sign in (1, -1)
             )
             slopes.append((up - down) / (mpf(P + dP) - mpf(P - dP) + mpf(H + dH) - mpf(H - dH)))
         note("dU/dP", abs(slopes[0] + mpf(record["shortening"])))

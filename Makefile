@@ -1,0 +1,33 @@
+# `make chart` and `make test` do their own set-up: they need Python 3.11 or newer, and make.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: chart test verify lint clean
+
+chart: $(VENV)/installed
+	$(BIN)/elastica run catalogs/first-chart.toml -o first-chart.nc
+	$(BIN)/elastica plot first-chart.nc -o first-chart.png
+
+test: lint
+	$(BIN)/python -m pytest
+
+verify: lint
+	$(BIN)/python -m pytest --full
+
+lint: $(VENV)/test-installed
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+$(VENV)/installed: pyproject.toml
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --editable .
+	touch $@
+
+$(VENV)/test-installed: $(VENV)/installed
+	$(BIN)/python -m pip install --quiet --editable '.[test]'
+	touch $@
+
+clean:
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .ruff_cache .hypothesis first-chart.nc first-chart.png

@@ -1,0 +1,27 @@
+import numpy as np
+import pytest
+from hypothesis import settings
+
+settings.register_profile("default", deadline=None, max_examples=40, derandomize=True)
+settings.register_profile("full", deadline=None, max_examples=1000)
+settings.load_profile("default")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--full", action="store_true", help="full counts of random audits and references")
+
+
+def pytest_configure(config):
+    if config.getoption("--full"):
+        settings.load_profile("full")
+
+
+@pytest.fixture
+def full(request):
+    """Whether the full counts were asked for."""
+    return request.config.getoption("--full")
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(20261122)

@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from elastica.segments import (
+    HALF,
+    Kind,
+    bending_energy,
+    geometry,
+    length,
+    pendulum,
+    rise,
+    shortening,
+    steepest,
+)
+
+KINDS = {
+    "S": Kind(0, 1),
+    "A": Kind(-1, 1),
+    "pinned S": Kind(HALF, 1),
+    "pinned A": Kind(-HALF, 1),
+    "S with a further period": Kind(-2, 1),
+    "A with a further period": Kind(-3, 1),
+    "two half periods": Kind(HALF - 2, HALF),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "first", "second", "turning_points"),
+    [
+        ("S", 2, 2, 1),
+        ("A", 4, 0, 2),
+        ("pinned S", 1, 1, 1),
+        ("pinned A", 3, 1, 2),
+        ("S with a further period", 6, 2, 3),
+        ("A with a further period", 8, 0, 4),
+        ("two half periods", 4, 0, 3),
+    ],
+)
+def test_a_kind_follows_from_its_ends(name, first, second, turning_points):
+    kind = KINDS[name]
+    assert (kind.first, kind.second, kind.turning_points) == (first, second, turning_points)
+
+
+def start(kind, q):
+    """Angle and curvature where a segment starts."""
+    if kind.start == int(kind.start):
+        return 0.0, q.kappa if int(kind.start) % 2 == 0 else -q.kappa
+    upper = int(kind.start - HALF) % 2 == 0
+    return q.alpha + (q.swing if upper else -q.swing), 0.0
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_closed_form_agrees_with_integration_of_the_differential_equation(kind, rng):
+    for _ in range(6):
+        p = rng.uniform(2, 150)
+        lam, kappa = rng.uniform(-0.9, 0.9) * p, rng.uniform(0.05, 1.3) * np.sqrt(p)
+        q = pendulum(p, kappa, lam)
+
+        def strip(s, z, p=p, lam=lam):
+            theta, curvature = z[:2]
+            bend = -p * np.sin(theta) + lam * np.cos(theta)
+            return [curvature, bend, np.sin(theta), 1 - np.cos(theta), curvature**2 / 2]
+
+        run = solve_ivp(
+            strip, (0, length(kind, q)), [*start(kind, q), 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-13
+        )
+        theta, curvature, height, shorter, bending = run.y[:, -1]
+        if kind.end == 1:
+            assert theta == pytest.approx(0, abs=1e-8)
+            assert curvature == pytest.approx(-kappa, abs=1e-7)
+        else:
+            assert curvature == pytest.approx(0, abs=1e-7)
+        assert rise(kind, q) == pytest.approx(height, abs=1e-9)
+        assert shortening(kind, q) == pytest.approx(shorter, abs=1e-9)
+        assert bending_energy(kind, q) == pytest.approx(bending, rel=1e-8)
+        assert steepest(kind, q) >= np.abs(run.y[0]).max() - 1e-9
+
+
+@pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
+def test_derivatives_agree_with_differences(kind, rng):
+    p = rng.uniform(2, 150, 200)
+    lam, kappa = rng.uniform(-0.9, 0.9, 200) * p, rng.uniform(0.05, 1.3, 200) * np.sqrt(p)
+    g = geometry(kind, pendulum(p, kappa, lam))
+    h = 1e-5
+    for quantity in ("length", "rise"):
+        for variable, up, down in (
+            ("kappa", (kappa + h, lam), (kappa - h, lam)),
+            ("lam", (kappa, lam + h), (kappa, lam - h)),
+        ):
+            difference = [getattr(geometry(kind, pendulum(p, *at)), quantity) for at in (up, down)]
+            slope = (difference[0] - difference[1]) / (2 * h)
+            assert getattr(g, f"{quantity}_{variable}") == pytest.approx(slope, rel=2e-6, abs=1e-8)
+
+
+def test_small_deflections_keep_their_digits():
+    """A shallow line segment: ℓ = 2π/√p, d = λℓ/p, ΔL = ∫θ²/2 with θ = (λ/p)(1 − cos √p s)."""
+    p = 40.0
+    for lam in 10.0 ** -np.arange(3.0, 9):
+        q = pendulum(np.array([p]), np.zeros(1), np.array([lam]))
+        ell = 2 * np.pi / np.sqrt(p)
+        assert length(KINDS["S"], q) == pytest.approx(ell, rel=1e-3 * lam + 1e-15)
+        assert rise(KINDS["S"], q) == pytest.approx(lam * ell / p, rel=1e-3 * lam + 1e-14)
+        assert shortening(KINDS["S"], q) == pytest.approx(0.75 * (lam / p) ** 2 * ell, rel=1e-3 * lam + 1e-13)
