@@ -4,15 +4,19 @@ An exception at one point costs that point: the block is halved until the point 
 recorded as failed with the reason. Left out: files, processes, progress.
 """
 
+from dataclasses import fields
 from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from elastica.codes import Status
-from elastica.solution import solve
+from elastica.solution import Solution, solve
 from elastica.states import is_canonical
-from studies.schema import STATES, coordinates, variables
+from studies.schema import PER_CONTACT, VARIABLES, coordinates, per_state
+
+PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
+FIELDS = {field.name for field in fields(Solution)}
 
 
 class Block(NamedTuple):
@@ -50,7 +54,7 @@ def evaluate(block, names, outputs):
     block : Block
     names : sequence of str
         Canonical names of the states.
-    outputs : Outputs
+    outputs : studies.study.Outputs
 
     Returns
     -------
@@ -58,44 +62,54 @@ def evaluate(block, names, outputs):
         The variables of the block, first dimension `ends` of length one.
     failures : list of Failure
     """
-    labels = coordinates((block.ends,), block.H, block.P, names, outputs)
-    arrays = {
-        name: np.full([labels[dim].size for dim in variable.dims], variable.missing, variable.dtype)
-        for name, variable in variables(labels).items()
-        if variable.dims[: len(STATES)] == STATES
-    }
     H, P = (grid.ravel() for grid in np.meshgrid(block.H, block.P, indexing="ij"))
+    arrays, failed = solve_points(block.ends, H, P, names, outputs)
+    shape = (1, len(block.H), len(block.P))
     failures = []
+    for point, state, reason in failed:
+        row, column = divmod(point, len(block.P))
+        ends, first_row, first_column = block.place
+        failures.append(Failure(ends, first_row + row, first_column + column, state, reason))
+    return {name: values.reshape(shape + values.shape[1:]) for name, values in arrays.items()}, failures
+
+
+def solve_points(ends, H, P, names, outputs):
+    """Solve every state at n points.
+
+    Parameters
+    ----------
+    ends : str
+    H, P : ndarray, shape (n,)
+    names : sequence of str
+    outputs : studies.study.Outputs
+
+    Returns
+    -------
+    arrays : dict of str to ndarray, shape (n, states, ...)
+    failed : list of (point, state, reason)
+    """
+    labels = coordinates((ends,), (), (), names, outputs)
+    arrays = {
+        name: np.full(
+            (H.size, *(labels[dim].size for dim in variable.dims[3:])), variable.missing, variable.dtype
+        )
+        for name, variable in per_state(labels).items()
+    }
+    failed = []
     # Threads of BLAS would compete with the other workers for the same cores.
     with threadpool_limits(limits=1):
-        for number, name in enumerate(names):
-            if not is_canonical(name, block.ends):
+        for state, name in enumerate(names):
+            if not is_canonical(name, ends):
                 continue
-            for points, values, reasons in _survive(name, block.ends, H, P, outputs):
-                place = np.unravel_index(points, (len(block.H), len(block.P)))
+            for points, values, reasons in _survive(name, ends, H, P, outputs):
                 for variable, value in values.items():
-                    target = arrays[variable][0, place[0], place[1], number]
-                    if target.ndim > 1:
-                        value = _pad(value, target.shape)
-                    arrays[variable][0, place[0], place[1], number] = value
-                failures += [
-                    Failure(
-                        block.place[0],
-                        block.place[1] + int(place[0][i]),
-                        block.place[2] + int(place[1][i]),
-                        number,
-                        reason,
-                    )
-                    for i, reason in sorted(reasons.items())
-                ]
-    return arrays, failures
-
-
-def _pad(value, shape):
-    """Fill missing contacts with NaN."""
-    padded = np.full(shape, np.nan)
-    padded[:, : value.shape[1]] = value
-    return padded
+                    target = arrays[variable]
+                    if variable in PER_CONTACT_NAMES:
+                        target[points, state, : value.shape[1]] = value
+                    else:
+                        target[points, state] = value
+                failed += [(int(points[i]), state, reason) for i, reason in sorted(reasons.items())]
+    return arrays, failed
 
 
 def _survive(name, ends, H, P, outputs):
@@ -124,25 +138,10 @@ def _survive(name, ends, H, P, outputs):
 
 def _solve(name, ends, H, P, outputs):
     solution = solve(name, P=P, H=H, ends=ends)
-    values = {
-        field: getattr(solution, field)
-        for field in [
-            "status",
-            "stability",
-            "index",
-            "nullity",
-            "curvature",
-            "energy",
-            "bending_energy",
-            "shortening",
-            "flat_length",
-            "max_slope",
-            "clearance",
-            "error",
-        ]
-    }
-    if solution.state.word:
-        values |= {field: getattr(solution, field) for field in ("reaction", "contact_position")}
+    values = {name: getattr(solution, name) for name in VARIABLES if name in FIELDS}
+    if not solution.state.word:
+        for name in PER_CONTACT_NAMES:
+            del values[name]
     if outputs.eigenvalues:
         values["eigenvalue"] = solution.eigenvalues(outputs.eigenvalues)
     if outputs.shapes:

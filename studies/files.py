@@ -15,7 +15,7 @@ import netCDF4
 import numpy as np
 
 from studies.errors import StudyError
-from studies.schema import COORDINATES, FORMAT_VERSION, variables
+from studies.schema import COORDINATES, FORMAT_VERSION
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
@@ -64,7 +64,7 @@ def opened(path, mode="r"):
             dataset.close()
 
 
-def define(dataset, labels, attributes):
+def define(dataset, labels, variables, attributes):
     """Create dimensions, coordinates and variables in an empty dataset.
 
     Parameters
@@ -72,13 +72,15 @@ def define(dataset, labels, attributes):
     dataset : netCDF4.Dataset
     labels : dict of str to ndarray
         From `schema.coordinates`.
+    variables : dict of str to Variable
+        All of them must be written: what is not has no defined value.
     attributes : dict
         Global attributes, text or numbers.
     """
     for dim, values in labels.items():
         dataset.createDimension(dim, values.size)
         write_labels(dataset, dim, values, COORDINATES[dim])
-    for name, variable in variables(labels).items():
+    for name, variable in variables.items():
         sizes = [labels[dim].size for dim in variable.dims]
         created = dataset.createVariable(
             name,

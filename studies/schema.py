@@ -169,3 +169,8 @@ def coordinates(ends, H, P, names, outputs):
 def variables(labels):
     """The variables whose dimensions are all there."""
     return {name: variable for name, variable in VARIABLES.items() if set(variable.dims) <= set(labels)}
+
+
+def per_state(labels):
+    """Those of the variables that are given for each state, not only for each grid point."""
+    return {name: variable for name, variable in variables(labels).items() if "state" in variable.dims}

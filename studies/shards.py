@@ -20,7 +20,7 @@ from studies.files import (
     written_whole,
 )
 from studies.provenance import describe
-from studies.schema import FORMAT_VERSION, GRID, STATES, VARIABLES, coordinates, variables
+from studies.schema import FORMAT_VERSION, GRID, STATES, VARIABLES, coordinates, per_state, variables
 
 
 def folder_of(out):
@@ -47,7 +47,8 @@ def compute_shard(block, names, outputs, study_id, folder):
     path = shard_path(folder, block)
     with written_whole(path) as temporary:
         with opened(temporary, "w") as dataset:
-            define(dataset, labels, {"study_id": study_id, "format_version": FORMAT_VERSION})
+            identity = {"study_id": study_id, "format_version": FORMAT_VERSION}
+            define(dataset, labels, per_state(labels), identity)
             for name, values in arrays.items():
                 dataset.variables[name][:] = values
             write_failures(dataset, failures)
@@ -98,7 +99,7 @@ def reduce(plan, folder, out):
     labels = coordinates(grid.ends, grid.H, grid.P, [plan.names[i] for i in kept], study.outputs)
     with written_whole(out) as temporary:
         with opened(temporary, "w") as dataset:
-            define(dataset, labels, describe(plan))
+            define(dataset, labels, variables(labels), describe(plan))
             sizes = [labels[dim].size for dim in STATES]
             rows = chunks(VARIABLES["energy"], sizes)[1]
             failures = []
@@ -120,9 +121,7 @@ def _reduce_band(plan, folder, dataset, labels, number, band, kept):
         and block.place[1] + len(block.H) > band.start
     ]
     verdict = {}
-    for name, variable in variables(labels).items():
-        if variable.dims[: len(STATES)] != STATES:
-            continue
+    for name, variable in per_state(labels).items():
         shape = [band.stop - band.start, *(labels[dim].size for dim in variable.dims[2:])]
         values = np.full(shape, variable.missing, variable.dtype)
         for block in shards:

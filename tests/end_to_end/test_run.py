@@ -1,0 +1,150 @@
+"""Running a study: whoever computes it, the dataset is the same, and bad input costs nothing."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from distributed import Client, LocalCluster
+
+import studies
+from elastica import Status
+from studies import StudyError
+from studies.files import content_hash, identify, opened
+from studies.runner import compute, is_done
+from studies.shards import folder_of, reduce, shard_is_valid, shard_path
+
+
+@pytest.mark.parametrize(("workers", "block_points"), [(0, 5), (0, 17), (1, None), (2, 24)])
+def test_policy_never_changes_a_value(study, dataset_file, tmp_path, workers, block_points):
+    out = tmp_path / "again.nc"
+    studies.run(study, out=out, workers=workers, block_points=block_points).close()
+    assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+    with xr.open_dataset(out) as again, xr.open_dataset(dataset_file) as first:
+        xr.testing.assert_equal(again, first)
+
+
+def test_a_running_cluster_is_used_and_left_running(study, dataset_file, tmp_path):
+    out = tmp_path / "cluster.nc"
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
+        Client(cluster) as client,
+    ):
+        studies.run(study, out=out, client=client).close()
+        assert client.submit(lambda: 7).result() == 7
+    assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+
+
+def test_only_the_dataset_is_left_behind(study, tmp_path):
+    studies.run(study, out=tmp_path / "small.nc", workers=0).close()
+    assert [path.name for path in tmp_path.iterdir()] == ["small.nc"]
+
+
+def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_path, monkeypatch):
+    out = tmp_path / "small.nc"
+    plan = study.plan(block_points=24)
+    calls = []
+    from studies import runner
+
+    original = runner.compute_shard
+
+    def interrupted(block, *common):
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        calls.append(block)
+        return original(block, *common)
+
+    monkeypatch.setattr(runner, "compute_shard", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        compute(plan, out, workers=0)
+    assert not out.exists()
+    done = list(calls)
+    damaged = shard_path(folder_of(out), done[1])
+    damaged.write_bytes(damaged.read_bytes()[:-2000])
+    assert shard_is_valid(shard_path(folder_of(out), done[0]), study.study_id)
+    assert not shard_is_valid(damaged, study.study_id)
+    assert not shard_is_valid(shard_path(folder_of(out), done[0]), "another study")
+    calls.clear()
+    monkeypatch.setattr(runner, "compute_shard", lambda *a: calls.append(a[0]) or original(*a))
+    compute(plan, out, workers=0)
+    assert set(calls) == set(plan.blocks) - {done[0], done[2]}
+    assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+
+
+def test_a_missing_shard_is_never_papered_over(study, tmp_path):
+    with pytest.raises(StudyError, match="shards are missing"):
+        reduce(study.plan(), tmp_path, tmp_path / "small.nc")
+    assert not (tmp_path / "small.nc").exists()
+
+
+def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypatch):
+    from studies import evaluate
+
+    original = evaluate.solve
+
+    def poisoned(name, *, P, H, ends):
+        if name == "U" and ends == "clamped-pinned" and ((P == 0.2) & (H == 0.12)).any():
+            raise ZeroDivisionError("poison")
+        return original(name, P=P, H=H, ends=ends)
+
+    monkeypatch.setattr(evaluate, "solve", poisoned)
+    with studies.run(study, out=tmp_path / "small.nc", workers=0) as dataset:
+        failed = dataset["status"] == Status.FAILED
+        assert failed.sum() == 1
+        assert failed.sel(ends="clamped-pinned", H=0.12, P=0.2, state="U")
+        assert dataset.sizes["failure"] == 1
+        place = [int(dataset[f"failure_{axis}"][0]) for axis in ("ends", "H", "P", "state")]
+        assert failed.values[tuple(place)]
+        assert "poison" in str(dataset["failure_reason"].values[0])
+
+
+def test_a_finished_study_is_opened_and_another_one_refused(study, dataset_file, monkeypatch):
+    monkeypatch.setattr("studies.runner.compute", None)
+    before = dataset_file.read_bytes()
+    studies.run(study, out=dataset_file).close()
+    wider = study.model_copy(update={"grid": study.grid.model_copy(update={"H": (0.04, 0.21)})})
+    with pytest.raises(StudyError, match="holds another study"):
+        studies.run(wider, out=dataset_file)
+    assert dataset_file.read_bytes() == before
+
+
+def test_outputs_that_cannot_be_written_are_refused_before_anything_runs(study, tmp_path):
+    with pytest.raises(StudyError, match="no such folder"):
+        is_done(study, tmp_path / "nowhere" / "small.nc")
+    with pytest.raises(StudyError, match="is a folder"):
+        is_done(study, tmp_path)
+    foreign = tmp_path / "foreign.nc"
+    foreign.write_text("my thesis")
+    with pytest.raises(StudyError, match="cannot be read as netCDF"):
+        is_done(study, foreign)
+    xr.Dataset({"a": ("x", np.arange(3))}).to_netcdf(tmp_path / "other.nc")
+    with pytest.raises(StudyError, match="no dataset of constrained-elastica"):
+        is_done(study, tmp_path / "other.nc")
+    assert foreign.read_text() == "my thesis"
+
+
+def test_check_finds_what_was_changed(dataset_file, tmp_path):
+    report, problems = studies.check(dataset_file, sample=20)
+    assert problems == []
+    assert any("20 grid points solved again" in line for line in report)
+
+    def tampered(change):
+        path = tmp_path / "tampered.nc"
+        path.write_bytes(dataset_file.read_bytes())
+        with opened(path, "a") as dataset:
+            change(dataset)
+        return path
+
+    def stabilise(dataset):
+        values = dataset["stability"][:]
+        values[values == 1] = 0
+        dataset["stability"][:] = values
+        # A forger who also corrects the hash is found by solving again.
+
+    path = tampered(stabilise)
+    assert any("content_hash" in problem for problem in studies.check(path, sample=5)[1])
+    digest = content_hash(path)
+    with opened(path, "a") as dataset:
+        dataset.setncattr("content_hash", digest)
+    assert any("stability cannot be found again" in p for p in studies.check(path, sample=120)[1])
+
+    path = tampered(lambda dataset: dataset.setncattr("study_id", "0" * 32))
+    assert any("study_id" in problem for problem in studies.check(path, sample=5)[1])

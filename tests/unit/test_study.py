@@ -1,0 +1,132 @@
+import copy
+import json
+
+import numpy as np
+import pytest
+
+from studies import Study, StudyError
+from studies.study import canonical
+
+GOOD = {
+    "study": {"name": "small"},
+    "grid": {
+        "ends": ["clamped-clamped", "pinned-pinned"],
+        "H": [0.05, 0.1],
+        "P": {"start": 0.5, "stop": 5.0, "num": 10},
+    },
+    "states": {"max_contacts": 1},
+    "outputs": {"eigenvalues": 2},
+}
+
+
+def changed(key, value):
+    content = copy.deepcopy(GOOD)
+    *tables, last = key.split(".")
+    table = content
+    for name in tables:
+        table = table.setdefault(name, {})
+    if value is None:
+        del table[last]
+    else:
+        table[last] = value
+    return content
+
+
+BAD = [
+    ("surprise", {}, "unknown key surprise; allowed here are study, grid, states, solve, outputs"),
+    ("grid.Q", [1.0], "unknown key grid.Q; allowed here are ends, H, P"),
+    ("grid.P.step", 0.1, "unknown key grid.P.step; allowed here are start, stop, num, spacing"),
+    ("grid", None, "grid is missing"),
+    ("grid.H", None, "grid.H is missing"),
+    ("grid.H", [], "grid.H: the axis is empty"),
+    ("grid.H", [0.2, 0.1], "grid.H: 0.1 follows 0.2; values must increase"),
+    ("grid.H", [0.1, 0.1 + 1e-15], "grid.H: 0.1 follows 0.1"),
+    ("grid.H", [0.1, float("nan")], "grid.H: nan is not a finite number"),
+    ("grid.H", [0.1, 0.5], "grid.H: values run from 0.1 to 0.5; keep 0 < H < 0.5"),
+    ("grid.H", [0.0, 0.1], "keep 0 < H < 0.5"),
+    ("grid.H", [True], "True is not a finite number"),
+    ("grid.H", "0.1", "neither a list nor"),
+    ("grid.P", [-1.0], "keep 0 <= P <= 1e6"),
+    ("grid.P", [1.0, 2e6], "keep 0 <= P <= 1e6"),
+    ("grid.P.num", 2.5, "grid.P.num = 2.5 is not allowed; write a whole number"),
+    ("grid.P.num", 0, "grid.P.num = 0"),
+    ("grid.P.num", 10**9, "grid.P.num = 1000000000"),
+    ("grid.P.spacing", "square", "grid.P.spacing = 'square'"),
+    ("grid.P", {"start": 0.0, "stop": 1.0, "num": 3, "spacing": "log"}, "cannot start at 0"),
+    ("grid.ends", ["clamped-free"], "'clamped-free' is not known; use one of clamped-clamped"),
+    ("grid.ends", "clamped-clamped", "write a list"),
+    ("grid.ends", [], "name at least one"),
+    ("grid.ends", ["clamped-clamped", "clamped/clamped"], "names an end condition twice"),
+    ("states", {"names": ["Q"]}, "states.names: state = 'Q' is not known"),
+    ("states", {"names": []}, "names is empty"),
+    ("states", {"names": ["U"], "max_contacts": 1}, "either max_contacts or names"),
+    ("states", {}, "either max_contacts or names"),
+    ("states.max_contacts", 99, "max_contacts = 99"),
+    ("states.max_contacts", True, "states.max_contacts = True"),
+    ("solve", {"method": "magic"}, "solve.method = 'magic'"),
+    ("outputs.eigenvalues", -1, "outputs.eigenvalues = -1"),
+    ("outputs.eigenvalues", "2", "outputs.eigenvalues = '2' is not allowed; write a whole number"),
+    ("outputs.shapes", 1, "1 sample is no shape"),
+    ("study.name", "../evil", "use letters, digits"),
+    ("study.name", 7, "write a text"),
+    ("study", 7, "study = 7 is not allowed; write a table"),
+]
+
+
+@pytest.mark.parametrize(("key", "value", "message"), BAD, ids=[f"{k}={v}" for k, v, _ in BAD])
+def test_a_mistake_is_one_sentence_with_file_key_value_and_remedy(key, value, message):
+    with pytest.raises(StudyError) as problem:
+        Study.from_dict(changed(key, value), "bad.toml")
+    text = str(problem.value)
+    assert text.startswith("bad.toml: ")
+    assert message in text
+    assert "\n" not in text
+
+
+def test_labels_are_canonical_so_that_grids_join():
+    by_range = changed("grid.H", {"start": 0.0 + 0.1, "stop": 0.3, "num": 3})
+    by_list = changed("grid.H", [0.1, 0.2, 0.3])
+    assert Study.from_dict(by_range).grid.H == Study.from_dict(by_list).grid.H == (0.1, 0.2, 0.3)
+    assert canonical(0.1 + 0.2) == 0.3
+
+
+def test_log_axis():
+    study = Study.from_dict(changed("grid.P", {"start": 1.0, "stop": 100.0, "num": 3, "spacing": "log"}))
+    assert study.grid.P == (1.0, 10.0, 100.0)
+
+
+def test_identity_covers_the_file_and_the_method_separately():
+    study = Study.from_dict(GOOD)
+    assert Study.from_dict(json.loads(study.config_json)).study_id == study.study_id
+    other = Study.from_dict(changed("grid.H", [0.05, 0.11]))
+    assert other.study_id != study.study_id
+    assert other.numerics_id == study.numerics_id
+
+
+def test_state_names_are_canonical_and_listed_once():
+    study = Study.from_dict(changed("states", {"names": ["aU", "Ua", "D", "0"]}))
+    assert study.state_names == ("Ua", "U", "0")
+
+
+@pytest.mark.parametrize("block_points", [None, 1, 3, 7, 10, 11, 20, 1000])
+def test_blocks_of_a_plan_cover_the_grid_exactly_once(block_points):
+    study = Study.from_dict(GOOD)
+    plan = study.plan(block_points=block_points)
+    covered = np.zeros((2, 2, 10), int)
+    for block in plan.blocks:
+        e, i, j = block.place
+        covered[e, i : i + len(block.H), j : j + len(block.P)] += 1
+        assert block.ends == study.grid.ends[e]
+        assert block.H == study.grid.H[i : i + len(block.H)]
+        assert block.P == study.grid.P[j : j + len(block.P)]
+    assert (covered == 1).all()
+    assert plan.points == 40
+
+
+def test_plan_warns_of_a_huge_dataset_and_solves_nothing(monkeypatch):
+    monkeypatch.setattr("studies.evaluate.solve", None)
+    content = changed("outputs", {"shapes": 100_000})
+    content["grid"]["P"]["num"] = 20
+    report = Study.from_dict(content).plan().report(workers=2)
+    assert any(line.startswith("warning") and "1 GB" in line for line in report)
+    assert not any("warning" in line for line in Study.from_dict(GOOD).plan().report(workers=2))
