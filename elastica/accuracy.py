@@ -15,7 +15,8 @@ SAFETY = 4.0
 def rounding_bounds(segments, pendulums, geometries, p, line):
     """Bounds for κ, for each length, for their sum and for the energy's first variation.
 
-    A length is rounded by ε times its terms, a rise likewise; through the arrow system they move the
+    A length is rounded by ε times its terms and by what the rounding of κ and λ makes of it (much near
+    the separatrix), a rise likewise; through the arrow system they move the
     total length by Σ n (δℓ + |ℓ_λ/d_λ| δd), hence κ by that over |ΣD|.
 
     Parameters
@@ -37,15 +38,18 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
     for (segment, count), q, g in zip(segments.items(), pendulums, geometries, strict=True):
         kind = segment.kind
         G = kind.first * q.K + abs(kind.second * q.f)
-        delta_length = ROUNDING * G / q.r
-        tilt = abs(kind.second) * q.kappa * p / q.F**2
-        delta_rise = ROUNDING * (tilt + np.abs(q.lam) * G / (q.F * q.r))
+        kappa, lam = q.kappa, np.abs(q.lam)
+        delta_length = ROUNDING * (G / q.r + np.abs(kappa * g.length_kappa) + np.abs(lam * g.length_lam))
+        tilt = abs(kind.second) * kappa * p / q.F**2
+        delta_rise = ROUNDING * (
+            tilt + lam * G / (q.F * q.r) + np.abs(kappa * g.rise_kappa) + np.abs(lam * g.rise_lam)
+        )
         delta_length = delta_length + np.abs(g.length_lam / g.rise_lam) * delta_rise
         delta_lengths.append(delta_length)
         Ds.append(np.abs(g.D))
         slack = slack + count * delta_length
         pivot = pivot + count * g.D
-        work = work + count * np.abs(q.lam) * delta_rise
+        work = work + count * lam * delta_rise
     kappa = pendulums[0].kappa
     delta_kappa = np.zeros_like(p) if line else SAFETY * slack / np.abs(pivot)
     moved = [SAFETY * d + D * delta_kappa for d, D in zip(delta_lengths, Ds, strict=True)]

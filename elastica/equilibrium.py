@@ -21,6 +21,8 @@ LINE_FOLD = 0.528160307318
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
 beyond it there are none. A segment from a pin ends at half of it."""
 BRANCH_STEPS = 24
+LARGEST_K = 16.0
+"""K(m) at which 1 − m = 2e-13 has lost all but three digits."""
 
 
 def find(state, ends, p, H):
@@ -53,6 +55,17 @@ def find(state, ends, p, H):
     roots = sweep(segments, p, H, line, state.root)
     roots.found[:] &= ~(steepest_angle(segments, p, roots) >= RIGHT_ANGLE)
     return roots
+
+
+def unresolved_load(state, ends):
+    """Thrust p above which a state exists but is too near the pendulum's separatrix to be computed.
+
+    Free shapes with λ = 0 exist at every thrust above their Euler load, with K(m) ∝ √p.
+    """
+    for kind, *_ in state.segments(ends):
+        if state.mode and not kind.second:
+            return (kind.first * LARGEST_K) ** 2
+    return np.inf
 
 
 def _line(segments, p, H):
@@ -155,6 +168,8 @@ def _along(segments, roots, p, H, sign):
     """Follow roots from (p[0], H[0]) to (p[1], H[1]) as long as the branch stays regular."""
     before = roots
     for step in range(1, BRANCH_STEPS + 1):
+        if not roots.found.any():
+            break
         share = step / BRANCH_STEPS
         p_, H_ = (start + share * (stop - start) for start, stop in (p, H))
         kappa, lam = 2 * roots.kappa - before.kappa, 2 * roots.lam - before.lam

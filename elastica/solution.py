@@ -12,7 +12,7 @@ from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
 from elastica.codes import Stability, Status
 from elastica.ends import End, Ends, parse_ends
-from elastica.equilibrium import find
+from elastica.equilibrium import find, unresolved_load
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
 from elastica.segments import bending_energy, geometry, pendulum, shortening, steepest
@@ -141,7 +141,7 @@ def solve(state, *, P, H, ends="clamped-clamped"):
         raise ValueError(f"P and H must be numbers that broadcast: {problem}") from None
     shape = P.shape
     P, H = P.ravel().copy(), H.ravel().copy()
-    reasons = _unusable(P, H)
+    reasons = _unusable(P, H, unresolved_load(state, ends) / FOUR_PI_SQUARED)
     usable = np.ones(P.size, bool)
     usable[list(reasons)] = False
     fields_of = _straight if state.straight else _bent
@@ -164,7 +164,7 @@ def _spread(values, usable, name):
     return spread
 
 
-def _unusable(P, H):
+def _unusable(P, H, unresolved):
     """Reasons why points cannot be solved, by flat index."""
     reasons = {}
     for name, values, good, allowed in (
@@ -173,6 +173,12 @@ def _unusable(P, H):
     ):
         for point in np.flatnonzero(~good):
             reasons.setdefault(int(point), f"{name} = {values[point]:g} is not {allowed}")
+    for point in np.flatnonzero(P >= unresolved):
+        reasons.setdefault(
+            int(point),
+            f"P = {P[point]:g}: above {unresolved:.4g} this shape is a loop narrower than double "
+            "precision resolves",
+        )
     return reasons
 
 

@@ -229,3 +229,18 @@ def plot(file, kind, output):
     with open_dataset(file) as dataset:
         save_chart(dataset, output)
     click.echo(f"{output}")
+
+
+@main.command()
+@click.option("-o", "--output", type=click.Path(path_type=Path), default=".", help="Folder of the report.")
+@click.option("--quick", is_flag=True, help="Fewer repeats.")
+def accuracy(output, quick):
+    """Measure speed against error, beside SciPy's solve_bvp."""
+    from studies.benchmark import benchmark, report
+    from studies.errors import StudyError
+
+    if not output.is_dir() or not os.access(output, os.W_OK):
+        raise StudyError(f"{output}: this folder does not exist or cannot be written to")
+    text = report(benchmark(quick))
+    (output / "accuracy.md").write_text(text, encoding="utf-8")
+    click.echo(text)

@@ -25,7 +25,7 @@ def test_policy_never_changes_a_value(study, dataset_file, tmp_path, workers, bl
 def test_a_running_cluster_is_used_and_left_running(study, dataset_file, tmp_path):
     out = tmp_path / "cluster.nc"
     with (
-        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster,
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
         Client(cluster) as client,
     ):
         studies.run(study, out=out, client=client).close()

@@ -1,0 +1,60 @@
+"""The study that the README promises, computed and read as the README says."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import studies
+from elastica import Stability, Status
+from elastica.transitions import loads
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(scope="module")
+def first_chart(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("first-chart")
+    study = studies.Study.from_toml(ROOT / "catalogs" / "first-chart.toml")
+    studies.run(study, out=folder / "first-chart.nc").close()
+    return folder / "first-chart.nc"
+
+
+def test_every_shipped_study_is_valid():
+    catalogue = sorted((ROOT / "catalogs").glob("*.toml"))
+    assert catalogue
+    for path in catalogue:
+        assert studies.Study.from_toml(path).name == path.stem
+
+
+@pytest.mark.parametrize("ends", ["clamped-clamped", "pinned-pinned"])
+def test_the_chart_follows_the_exact_loads_everywhere(first_chart, ends):
+    """Up to the line transition exactly one state is stable at every point: which one, the loads say."""
+    with studies.open(first_chart) as dataset:
+        part = dataset.sel(ends=ends).load()
+    assert (part["status"] != Status.FAILED).all()
+    H, P = (part[axis].values for axis in "HP")
+    edges = [loads(event, H, ends)[:, None] for event in ("buckles", "touches", "point_to_line")]
+    names = part["state"].values
+    stable = (part["stability"] == Stability.STABLE).values
+    for state, low, high in (("0", 0, edges[0]), ("B1", *edges[:2]), ("U", *edges[1:])):
+        inside = (P > low + 1e-9) & (P < high - 1e-9)
+        assert (stable.sum(axis=-1) == 1)[inside].all()
+        assert stable[..., list(names).index(state)][inside].all()
+    line = part["stability"].sel(state="U-").values[P[None, :] > edges[2]]
+    if ends == "clamped-clamped":
+        assert not (line == Stability.STABLE).any()
+    else:
+        assert (line == Stability.STABLE).any()
+
+
+def test_the_example_of_the_readme_runs(first_chart):
+    code = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1]
+    run = subprocess.run(
+        [sys.executable, "-c", code], cwd=first_chart.parent, env=os.environ, capture_output=True, text=True
+    )
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.rstrip().endswith("[0 0 0 0 1 1 1]"), run.stdout
