@@ -54,7 +54,8 @@ def sample(solution, samples):
     if solution.state.straight:
         theta[exists], x[exists], y[exists] = 0.0, s, 0.0
     else:
-        theta[exists], x[exists], y[exists] = _bent(solution, exists, s)
+        with np.errstate(invalid="ignore"):
+            theta[exists], x[exists], y[exists] = _bent(solution, exists, s)
     shape = (*solution.status.shape, samples)
     return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
 

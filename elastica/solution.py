@@ -168,11 +168,11 @@ def _unusable(P, H, unresolved):
     """Reasons why points cannot be solved, by flat index."""
     reasons = {}
     for name, values, good, allowed in (
-        ("P", P, (P >= 0) & (P <= LARGEST_LOAD), f"from 0 to {LARGEST_LOAD:g}"),
-        ("H", H, (H > 0) & np.isfinite(H), "a positive number"),
+        ("P", P, (P >= 0) & (P <= LARGEST_LOAD), f"give a load from 0 to {LARGEST_LOAD:g}"),
+        ("H", H, (H > 0) & np.isfinite(H), "give a half gap above 0, below 0.5 if it is to matter"),
     ):
         for point in np.flatnonzero(~good):
-            reasons.setdefault(int(point), f"{name} = {values[point]:g} is not {allowed}")
+            reasons.setdefault(int(point), f"{name} = {values[point]:g} is not possible; {allowed}")
     for point in np.flatnonzero(P >= unresolved):
         reasons.setdefault(
             int(point),

@@ -28,9 +28,9 @@ from elastica.euler import euler_root
 from elastica.segments import pendulum, start_phase
 
 FOUR_PI_SQUARED = 4 * np.pi**2
-TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, np.inf: 448}
+TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, 80.0: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
-real axis, so eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
+real axis, so (without a margin) eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
 BATCH_ENTRIES = 100_000
 """Matrix entries of a batch: larger ones leave the cache."""
 
@@ -47,7 +47,8 @@ def eigenvalues(solution, count):
     Returns
     -------
     ndarray, shape (..., count)
-        Ascending, EI = L = 1, weight ∫φ² ds; NaN where not solved. Of a line state those of its free
+        Ascending, EI = L = 1, weight ∫φ² ds; NaN where not solved, and for free shapes whose phase √F
+        is too long for the elements (P beyond some 150). Of a line state those of its free
         segments, the exact zero of a clamped one as 0.0.
 
     Raises

@@ -17,6 +17,7 @@ from scipy.ndimage import distance_transform_edt
 from scipy.spatial import cKDTree
 
 from elastica.codes import Stability, Status
+from elastica.ends import parse_ends
 from elastica.transitions import EVENTS, loads
 from studies.errors import StudyError
 
@@ -75,21 +76,29 @@ def chart(dataset):
         if name not in dataset:
             raise StudyError(f"the dataset has no variable {name!r}; a chart cannot be drawn")
     for axis in ("H", "P"):
-        if dataset.sizes[axis] < 2:
-            raise StudyError(f"the dataset has a single value of {axis}; a chart needs a plane")
+        if dataset.sizes.get(axis, 0) < 2 or not np.isfinite(dataset[axis]).all():
+            raise StudyError(f"the dataset has fewer than two values of {axis}; a chart needs a plane")
     panels = dataset.sizes["ends"]
-    figure = Figure(figsize=(4.3 * panels + 1.9, 5.2), layout="constrained")
+    for number in range(panels):
+        _known_ends(str(dataset["ends"].values[number]))
+    columns, rows = min(panels, 2), -(-panels // 2)
+    figure = Figure(figsize=(4.3 * columns + 1.9, 5.2 * rows), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplots(1, panels, squeeze=False)[0]
+    axes = figure.subplots(rows, columns, squeeze=False)
+    for unused in axes.flat[panels:]:
+        unused.remove()
+    for left in axes[:, 0]:
+        left.set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
+    axes = list(axes.flat[:panels])
     regions = [_stable_sets(dataset.isel(ends=number)) for number in range(panels)]
     palette = _palette(sorted({name for names in regions for name in np.unique(names)}, key=_rank))
     for number, (ax, names) in enumerate(zip(axes, regions, strict=True)):
         _panel(ax, dataset.isel(ends=number), names, palette)
-    axes[0].set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
     handles = [
         Patch(facecolor=colour, edgecolor="0.3", label=_label(name)) for name, colour in palette.items()
     ]
-    handles += [line for line in axes[0].get_lines() if not line.get_label().startswith("_")]
+    curves = {line.get_label(): line for ax in axes for line in ax.get_lines()}
+    handles += [curves[name] for name in NAMES.values() if name in curves]
     figure.legend(handles=handles, loc="outside right upper", frameon=False, title="stable states")
     title = dataset.attrs.get("title") or dataset.attrs.get("id", "")
     figure.suptitle(title, fontsize="medium")
@@ -133,8 +142,7 @@ def _panel(ax, panel, names, palette):
     """One end condition: regions, exact curves, their names."""
     ends = str(panel["ends"].values)
     H, P = panel["H"].values, panel["P"].values
-    fine_H = np.linspace(H[0], H[-1], PICTURE[0])
-    fine_P = np.linspace(P[0], P[-1], PICTURE[1])
+    fine_H, fine_P = (_between(labels, count) for labels, count in zip((H, P), PICTURE, strict=True))
     curves = _curves(ends, fine_H, [str(name) for name in panel["state"].values])
     picture = _sharpen(H, P, names, fine_H, fine_P, curves)
     order = list(palette)
@@ -151,9 +159,15 @@ def _panel(ax, panel, names, palette):
         rasterized=True,
     )
     for event, load in curves.items():
-        ax.plot(fine_H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
+        if ((load >= P[0]) & (load <= P[-1])).any():
+            ax.plot(fine_H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
     _name_regions(ax, picture, fine_H, fine_P, palette)
-    ax.xaxis.set_major_locator(MaxNLocator(5))
+    if _log_spaced(H):
+        ax.set_xscale("log")
+    else:
+        ax.xaxis.set_major_locator(MaxNLocator(5))
+    if _log_spaced(P):
+        ax.set_yscale("log")
     ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=ends)
 
 
@@ -164,23 +178,48 @@ def _curves(ends, H, names):
 
 def _sharpen(H, P, names, fine_H, fine_P, curves):
     """Names on the fine grid: of the nearest grid point on the same side of every curve."""
-    span = np.array([np.ptp(H) / (len(H) - 1), np.ptp(P) / (len(P) - 1)])
-    coarse = np.stack(np.meshgrid(H, P, indexing="ij"), axis=-1).reshape(-1, 2)
-    fine = np.stack(np.meshgrid(fine_H, fine_P, indexing="ij"), axis=-1).reshape(-1, 2)
+    coarse, fine = (
+        np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        for axes in ((H, P), (fine_H, fine_P))
+    )
     zone_coarse, zone_fine = np.zeros(len(coarse), int), np.zeros(len(fine), int)
     for load in curves.values():
         for zone, points in ((zone_coarse, coarse), (zone_fine, fine)):
-            above = points[:, 1] > np.interp(points[:, 0], fine_H, load)
-            zone += zone + above
+            edge = np.interp(points[:, 0], fine_H, load)
+            zone *= 3
+            zone += np.where(np.isnan(edge), 2, points[:, 1] > edge)
+    coarse, fine = (
+        np.stack([_steps(H, points[:, 0]), _steps(P, points[:, 1])], axis=-1) for points in (coarse, fine)
+    )
     flat = names.ravel()
-    nearest = cKDTree(coarse / span).query(fine / span)[1]
-    picture = flat[nearest]
+    picture = flat[cKDTree(coarse).query(fine)[1]]
     for zone in np.unique(zone_fine):
-        members, known = zone_fine == zone, np.flatnonzero(zone_coarse == zone)
+        members, known = np.flatnonzero(zone_fine == zone), np.flatnonzero(zone_coarse == zone)
         if known.size:
-            closest = cKDTree(coarse[known] / span).query(fine[members] / span)[1]
-            picture[members] = flat[known[closest]]
+            picture[members] = flat[known[cKDTree(coarse[known]).query(fine[members])[1]]]
     return picture.reshape(len(fine_H), len(fine_P))
+
+
+def _steps(labels, values):
+    """Position of values in steps of the grid, whatever its spacing."""
+    return np.interp(values, labels, np.arange(len(labels)))
+
+
+def _log_spaced(labels):
+    """Whether the labels are spaced evenly on a logarithmic axis and not on a linear one."""
+    return len(labels) > 2 and labels[0] > 0 and np.ptp(np.diff(np.log(labels))) < 1e-6
+
+
+def _between(labels, count):
+    """Evenly spaced points of the picture between the first and the last label."""
+    return (np.geomspace if _log_spaced(labels) else np.linspace)(labels[0], labels[-1], count)
+
+
+def _known_ends(ends):
+    try:
+        parse_ends(ends)
+    except ValueError as problem:
+        raise StudyError(f"the dataset cannot be drawn: {problem}") from None
 
 
 def _name_regions(ax, picture, H, P, palette):
@@ -188,7 +227,7 @@ def _name_regions(ax, picture, H, P, palette):
     for name in palette:
         inside = np.pad(picture == name, 1)
         room = distance_transform_edt(inside, sampling=(2.0, 1.0))[1:-1, 1:-1]
-        if room.max(initial=0) < 12:
+        if room.max(initial=0) < 8:
             continue
         roomy = np.argwhere(room > 0.9 * room.max())
         i, j = roomy[np.abs(roomy - roomy.mean(axis=0)).sum(axis=1).argmin()]

@@ -10,8 +10,9 @@ import numpy as np
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points
-from studies.files import content_hash, identify, opened
-from studies.schema import STATES, VARIABLES
+from studies.files import content_hash, identify, opened, read_labels
+from studies.schema import GRID, STATES, VARIABLES
+from studies.shards import summarise
 from studies.study import Study
 
 SAMPLE = 200
@@ -54,20 +55,45 @@ def check(path, sample=SAMPLE, seed=0):
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
     study = _study(path, attributes, problems)
     with opened(path) as dataset:
-        labels = {name: _labels(dataset.variables[name]) for name in STATES}
-        values = {name: dataset.variables[name][:] for name in dataset.variables if name in VARIABLES}
-    problems += _flags(values) + _ranges(values, labels)
-    if study is not None and not problems:
-        problems += _recompute(study, labels, values, sample, seed)
+        shapes = {name: variable.dimensions for name, variable in dataset.variables.items()}
+        missing = [
+            name
+            for name, variable in VARIABLES.items()
+            if variable.dims in (GRID, STATES) and shapes.get(name) != variable.dims
+        ]
+        if missing:
+            raise StudyError(f"{path}: {', '.join(missing)} missing or without its dimensions; damaged")
+        labels = {name: read_labels(dataset.variables[name], path) for name in STATES}
+        values = {name: dataset.variables[name][:] for name in shapes if name in VARIABLES}
+    problems += _flags(values) + _ranges(values, labels) + _counts(values)
+    if study is not None:
+        foreign = _agreement(study, labels)
+        problems += foreign or _recompute(study, labels, values, sample, seed)
     return _describe(path, attributes, labels, values, sample), problems
 
 
-def _labels(variable):
-    """Labels of a coordinate; characters joined to text."""
-    values = variable[:]
-    if values.dtype.kind != "S":
-        return values
-    return np.array([row.tobytes().rstrip(b"\0").decode() for row in values])
+def _agreement(study, labels):
+    """Labels that are not those of the study."""
+    wanted = {axis: np.array(getattr(study.grid, axis)) for axis in GRID}
+    problems = [
+        f"the labels of {axis} are not those of the study"
+        for axis, expected in wanted.items()
+        if not np.array_equal(labels[axis], expected)
+    ]
+    if not set(labels["state"]) <= set(study.state_names):
+        problems.append("there are states that the study did not ask for")
+    return problems
+
+
+def _counts(values):
+    """Summaries over the states that do not follow from the states."""
+    stable, preferred = summarise(values["status"], values["stability"], values["energy"])
+    problems = []
+    if not np.array_equal(stable, values["stable_count"]):
+        problems.append("stable_count is not the number of stable states")
+    if not np.array_equal(preferred, values["preferred_state"]):
+        problems.append("preferred_state is not the stable state of least energy")
+    return problems
 
 
 def _study(path, attributes, problems):
@@ -144,6 +170,7 @@ def _recompute(study, labels, values, sample, seed):
 def _differs(name, old, new):
     """Points where a variable differs by more than rounding, shape (n,)."""
     sure = (old["stability"] != Stability.CRITICAL) & (new["stability"] != Stability.CRITICAL)
+    sure &= (old["status"] != Status.FAILED) & (new["status"] != Status.FAILED)
     a, b = old[name], new[name][tuple(slice(size) for size in old[name].shape)]
     if VARIABLES[name].dtype != "f8":
         return ((a != b) & sure).any(axis=1)
@@ -160,8 +187,9 @@ def _describe(path, attributes, labels, values, sample):
     lines = [
         f"{path}",
         f"  title       {attributes.get('title', '')}",
-        f"  study       {attributes['study_id'][:8]}   numerics {attributes['numerics_id'][:8]}   "
-        f"content {attributes.get('content_hash', '')[:8]}",
+        "  study       {:.8}   numerics {:.8}   content {:.8}".format(
+            *(str(attributes.get(name, "?")) for name in ("study_id", "numerics_id", "content_hash"))
+        ),
         f"  computed    {attributes.get('date_created', 'unknown')} by {attributes.get('source', 'unknown')}",
         f"  ends        {', '.join(labels['ends'])}",
     ]

@@ -1,6 +1,7 @@
 """The `elastica` command. Each subcommand imports what it needs, so that `elastica solve` answers at once."""
 
 import json
+import math
 import os
 import signal
 import sys
@@ -22,6 +23,8 @@ class Group(click.Group):
 
         try:
             return super().invoke(ctx)
+        except BrokenPipeError:
+            raise
         except StudyError as problem:
             raise _refused(problem) from None
         except OSError as problem:
@@ -175,12 +178,12 @@ def solve(state, ends, P, H, eigenvalues, as_json):
 
 
 def _without_nan(value):
-    """JSON has no NaN: what does not exist is null."""
+    """JSON has neither NaN nor infinity: what does not exist or is not known is null."""
     if isinstance(value, dict):
         return {name: _without_nan(item) for name, item in value.items()}
     if isinstance(value, list):
         return [_without_nan(item) for item in value]
-    return None if value != value else value
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @main.command()

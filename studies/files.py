@@ -29,7 +29,7 @@ def written_whole(path):
 
     A reader never sees a part of a file, and a good file is replaced only by a complete one.
     """
-    path = Path(path)
+    path = Path(os.path.realpath(path))
     handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
     os.close(handle)
     try:
@@ -153,6 +153,23 @@ def content_hash(path):
     return digest.hexdigest()
 
 
+def read_labels(variable, path):
+    """Labels of a coordinate, characters joined to text.
+
+    Raises
+    ------
+    StudyError
+        If they are no text in UTF-8.
+    """
+    values = variable[:]
+    if values.dtype.kind != "S":
+        return values
+    try:
+        return np.array([row.tobytes().rstrip(b"\0").decode() for row in values])
+    except UnicodeDecodeError:
+        raise StudyError(f"{path}: the labels of {variable.name} are no text; the file is damaged") from None
+
+
 def open(path):
     """Open a dataset lazily.
 
@@ -174,7 +191,10 @@ def open(path):
 
     identify(path)
     with ACCESS:
-        return xarray.open_dataset(path, engine="netcdf4")
+        try:
+            return xarray.open_dataset(path, engine="netcdf4")
+        except (OSError, RuntimeError, ValueError, KeyError) as problem:
+            raise StudyError(f"{path}: the file is damaged ({problem})") from None
 
 
 def identify(path):
@@ -187,7 +207,8 @@ def identify(path):
     """
     path = Path(path)
     if not path.is_file():
-        raise StudyError(f"{path}: there is no such file")
+        what = "this is no file" if path.exists() else "there is no such file"
+        raise StudyError(f"{path}: {what}; give the path of a dataset")
     try:
         with opened(path) as dataset:
             attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
@@ -195,7 +216,8 @@ def identify(path):
     except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as problem:
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
     version = attributes.get("format_version")
-    if "study_id" not in attributes or not isinstance(version, (int, np.integer)):
+    ours = isinstance(attributes.get("study_id"), str) and isinstance(version, (int, np.integer))
+    if not ours:
         raise StudyError(f"{path}: this is no dataset of constrained-elastica")
     if version > FORMAT_VERSION:
         raise StudyError(

@@ -62,7 +62,7 @@ class Plan:
         per_point = {ends: _seconds_per_point(study, names, ends) for ends in grid.ends}
         blocks = []
         for number, ends in enumerate(grid.ends):
-            size = block_points or min(LARGEST_BLOCK, ceil(SECONDS_PER_BLOCK / per_point[ends]))
+            size = block_points or min(LARGEST_BLOCK, ceil(SECONDS_PER_BLOCK / max(per_point[ends], 1e-9)))
             columns = min(P, size)
             rows = max(1, min(H, size // columns))
             blocks += [

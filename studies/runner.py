@@ -5,7 +5,7 @@ and written by whoever computed it; what comes back is two numbers.
 """
 
 import os
-import shutil
+import signal
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 from pathlib import Path
@@ -14,7 +14,7 @@ from studies.errors import StudyError
 from studies.files import identify, open
 from studies.plan import Plan
 from studies.progress import progress
-from studies.shards import compute_shard, folder_of, reduce, shard_is_valid, shard_path
+from studies.shards import compute_shard, folder_of, reduce, remove_shards, shard_is_valid, shard_path
 
 IN_FLIGHT = 2
 """Blocks waiting at each worker, so that none idles while a result travels."""
@@ -67,8 +67,14 @@ def is_done(study, out):
     if out.is_dir():
         raise StudyError(f"{out}: this is a folder; name a file")
     if out.exists():
-        if identify(out)["study_id"] == study.study_id:
-            return True
+        found = identify(out)
+        if found["study_id"] == study.study_id:
+            if found.get("numerics_id") == study.numerics_id:
+                return True
+            raise StudyError(
+                f"{out}: this holds the same study by another version of the numerics; choose another "
+                "output or move it away"
+            )
         raise StudyError(f"{out}: this holds another study; choose another output or move it away")
     if not os.access(folder, os.W_OK):
         raise StudyError(f"{folder}: this folder cannot be written to; choose another output")
@@ -79,10 +85,10 @@ def compute(plan, out, workers=None, client=None):
     """Compute the blocks that are missing, write the dataset, remove the shards."""
     folder = folder_of(out)
     folder.mkdir(exist_ok=True)
-    study_id = plan.study.study_id
-    todo = [b for b in plan.blocks if not shard_is_valid(shard_path(folder, b), study_id)]
+    identity = plan.study.identity
+    todo = [b for b in plan.blocks if not shard_is_valid(shard_path(folder, b), identity)]
     finished = plan.points - sum(block.points for block in todo)
-    common = (plan.names, plan.study.outputs, study_id, folder.resolve())
+    common = (plan.names, plan.study.outputs, identity, folder.resolve())
     with ExitStack() as stack:
         if client is None and workers is None and (plan.small or len(todo) == 1):
             workers = 0
@@ -94,7 +100,7 @@ def compute(plan, out, workers=None, client=None):
         for points, _ in results:
             advance(points)
     reduce(plan, folder, out)
-    shutil.rmtree(folder)
+    remove_shards(plan, folder)
 
 
 def processors():
@@ -114,19 +120,24 @@ def local_cluster(workers):
         "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 1 << 28,
         "distributed.comm.timeouts.connect": "60s",
     }
-    with (
-        dask.config.set(settings),
-        LocalCluster(
-            n_workers=workers,
-            threads_per_worker=1,
-            processes=True,
-            dashboard_address="127.0.0.1:0",
-            host="127.0.0.1",
-            silence_logs=40,
-        ) as cluster,
-        Client(cluster) as client,
-    ):
-        yield client
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(settings))
+        # Ctrl-C reaches every process of the terminal; the workers inherit that they ignore it.
+        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            cluster = stack.enter_context(
+                LocalCluster(
+                    n_workers=workers,
+                    threads_per_worker=1,
+                    processes=True,
+                    dashboard_address="127.0.0.1:0",
+                    host="127.0.0.1",
+                    silence_logs=40,
+                )
+            )
+        finally:
+            signal.signal(signal.SIGINT, interrupt)
+        yield stack.enter_context(Client(cluster))
 
 
 def _here(blocks, common):

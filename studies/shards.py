@@ -3,6 +3,7 @@
 Left out: which blocks there are (`plan`) and when they are computed (`run`).
 """
 
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -34,7 +35,7 @@ def shard_path(folder, block):
     return Path(folder) / f"{place}.nc"
 
 
-def compute_shard(block, names, outputs, study_id, folder):
+def compute_shard(block, names, outputs, identity, folder):
     """Solve a block and write its shard.
 
     Returns
@@ -47,8 +48,7 @@ def compute_shard(block, names, outputs, study_id, folder):
     path = shard_path(folder, block)
     with written_whole(path) as temporary:
         with opened(temporary, "w") as dataset:
-            identity = {"study_id": study_id, "format_version": FORMAT_VERSION}
-            define(dataset, labels, per_state(labels), identity)
+            define(dataset, labels, per_state(labels), {**identity, "format_version": FORMAT_VERSION})
             for name, values in arrays.items():
                 dataset.variables[name][:] = values
             write_failures(dataset, failures)
@@ -63,12 +63,22 @@ def _seal(path):
         dataset.setncattr("content_hash", digest)
 
 
-def shard_is_valid(path, study_id):
-    """Whether a shard is there, belongs to the study and holds what was written."""
+def remove_shards(plan, folder):
+    """Remove the shards of a plan, and their folder unless it holds something else."""
+    for block in plan.blocks:
+        shard_path(folder, block).unlink(missing_ok=True)
+    for leftover in folder.glob(".*.part"):
+        leftover.unlink(missing_ok=True)
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def shard_is_valid(path, identity):
+    """Whether a shard is there, belongs to the study and its numerics, and holds what was written."""
     try:
         with opened(path) as dataset:
             sealed = dataset.getncattr("content_hash")
-            if dataset.getncattr("study_id") != study_id:
+            if any(dataset.getncattr(name) != value for name, value in identity.items()):
                 return False
         return content_hash(path) == sealed
     except (OSError, RuntimeError, AttributeError):
@@ -122,31 +132,49 @@ def _reduce_band(plan, folder, dataset, labels, number, band, kept):
     ]
     verdict = {}
     for name, variable in per_state(labels).items():
-        shape = [band.stop - band.start, *(labels[dim].size for dim in variable.dims[2:])]
-        values = np.full(shape, variable.missing, variable.dtype)
-        for block in shards:
-            _copy(shard_path(folder, block), block, name, band, kept, values)
+        height = band.stop - band.start if "s" not in variable.dims else 1
+        for first in range(band.start, band.stop, height):
+            rows = slice(first, first + height)
+            shape = [height, *(labels[dim].size for dim in variable.dims[2:])]
+            values = np.full(shape, variable.missing, variable.dtype)
+            for block in shards:
+                _copy(shard_path(folder, block), block, name, rows, kept, values)
+            target = dataset.variables[name]
+            for state in range(len(kept)):
+                plane = values[:, :, state]
+                if variable.dtype != "f8" or not np.isnan(plane).all():
+                    target[number, rows, :, state] = plane
         if name in ("status", "stability", "energy"):
             verdict[name] = values
-        target = dataset.variables[name]
-        for state in range(len(kept)):
-            plane = values[:, :, state]
-            if variable.dtype != "f8" or not np.isnan(plane).all():
-                target[number, band, :, state] = plane
-    stable = (verdict["status"] == Status.SOLVED) & (verdict["stability"] == Stability.STABLE)
-    energy = np.where(stable, verdict["energy"], np.inf)
-    dataset.variables["stable_count"][number, band] = stable.sum(axis=-1)
-    dataset.variables["preferred_state"][number, band] = np.where(
-        stable.any(axis=-1), energy.argmin(axis=-1), -1
-    )
+    stable, preferred = summarise(**verdict)
+    dataset.variables["stable_count"][number, band] = stable
+    dataset.variables["preferred_state"][number, band] = preferred
     first_of_block = [block for block in shards if block.place[1] >= band.start]
     return [failure for block in first_of_block for failure in _failures(folder, block, kept)]
+
+
+def summarise(status, stability, energy):
+    """Number of stable states, and position of the one of least energy (−1: none), at each point.
+
+    Parameters
+    ----------
+    status, stability, energy : ndarray, shape (..., states)
+
+    Returns
+    -------
+    stable_count, preferred_state : ndarray of int, shape (...)
+    """
+    stable = (status == Status.SOLVED) & (stability == Stability.STABLE)
+    lowest = np.where(stable, energy, np.inf).argmin(axis=-1)
+    return stable.sum(axis=-1), np.where(stable.any(axis=-1), lowest, -1)
 
 
 def _copy(path, block, name, band, kept, values):
     """Copy the rows of `band` that a shard holds into `values` (rows, P, state, …)."""
     first = max(band.start, block.place[1])
     last = min(band.stop, block.place[1] + len(block.H))
+    if first >= last:
+        return
     with opened(path) as shard:
         if name not in shard.variables:
             return

@@ -32,6 +32,8 @@ NUMERICS_VERSION = 1
 """Raised whenever the same study may give other values than before, beyond rounding."""
 LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000
+MOST_POINTS = 1_000_000_000
+LARGEST_NUMBER = 1e300
 
 
 class _Table(BaseModel):
@@ -40,12 +42,13 @@ class _Table(BaseModel):
 
 def canonical(value):
     """A label with 12 significant digits, so that the same label from another grid compares equal."""
-    return float(f"{value:.{LABEL_DIGITS - 1}e}")
+    return float(f"{value:.{LABEL_DIGITS - 1}e}") + 0.0
 
 
 def _number(value):
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise ValueError(f"{value!r} is not a finite number")
+    number = isinstance(value, (int, float)) and not isinstance(value, bool)
+    if not number or abs(value) > LARGEST_NUMBER or math.isnan(value):
+        raise ValueError(f"{str(value)[:40]} is not a finite number; write one such as 0.1")
     return value
 
 
@@ -62,10 +65,12 @@ class Range(_Table):
 
     def values(self):
         """Labels of the axis."""
+        if self.num > 1 and self.stop <= self.start:
+            raise ValueError(f"stop = {self.stop!r} is not above start = {self.start!r}; exchange them")
         if self.spacing == "linear":
             return np.linspace(self.start, self.stop, self.num)
         if self.start <= 0:
-            raise ValueError(f"a log axis cannot start at {self.start:g}; start above 0")
+            raise ValueError(f"a log axis cannot start at {self.start!r}; start above 0")
         return np.geomspace(self.start, self.stop, self.num)
 
 
@@ -80,7 +85,7 @@ def _axis(value):
         raise ValueError("the axis is empty; give at least one value")
     for before, after in pairwise(labels):
         if after <= before:
-            raise ValueError(f"{after:g} follows {before:g}; values must increase")
+            raise ValueError(f"{after!r} follows {before!r}; values must increase")
     return labels
 
 
@@ -119,15 +124,22 @@ class Grid(_Table):
     @classmethod
     def _between_the_walls(cls, H):
         if not (H[0] > 0 and H[-1] < 0.5):
-            raise ValueError(f"values run from {H[0]:g} to {H[-1]:g}; keep 0 < H < 0.5")
+            raise ValueError(f"values run from {H[0]!r} to {H[-1]!r}; keep 0 < H < 0.5")
         return H
 
     @field_validator("P")
     @classmethod
     def _finite_loads(cls, P):
         if not (P[0] >= 0 and P[-1] <= 1e6):
-            raise ValueError(f"values run from {P[0]:g} to {P[-1]:g}; keep 0 <= P <= 1e6")
+            raise ValueError(f"values run from {P[0]!r} to {P[-1]!r}; keep 0 <= P <= 1e6")
         return P
+
+    @model_validator(mode="after")
+    def _countable(self):
+        points = len(self.ends) * len(self.H) * len(self.P)
+        if points > MOST_POINTS:
+            raise ValueError(f"{points:,} points are too many; keep ends × H × P to {MOST_POINTS:,}")
+        return self
 
 
 class States(_Table):
@@ -157,7 +169,15 @@ class Outputs(_Table):
     """`[outputs]`: what is stored beside the maps."""
 
     eigenvalues: Annotated[StrictInt, Field(ge=0, le=100)] = 0
+    frequencies: StrictInt = 0
     shapes: Annotated[StrictInt, Field(ge=0, le=100_000)] = 0
+
+    @field_validator("frequencies")
+    @classmethod
+    def _not_yet(cls, frequencies):
+        if frequencies:
+            raise ValueError(f"{frequencies} asked for, but natural frequencies are not available; write 0")
+        return frequencies
 
     @field_validator("shapes")
     @classmethod
@@ -211,8 +231,9 @@ class Study(_Table):
             content = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as problem:
             raise StudyError(f"{path}: {problem.strerror}; give the path of a study file") from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
-            raise StudyError(f"{path}: this is no TOML file ({problem})") from None
+        except (ValueError, RecursionError) as problem:
+            reason = str(problem).splitlines()[0]
+            raise StudyError(f"{path}: this is no TOML file ({reason}); mend or replace it") from None
         return cls.from_dict(content, path)
 
     @classmethod
@@ -257,6 +278,11 @@ class Study(_Table):
         """Identity of the method; results that share it may be merged."""
         numerics = {"solve": self.solve.model_dump(mode="json"), "version": NUMERICS_VERSION}
         return hashlib.sha256(json.dumps(numerics, sort_keys=True).encode()).hexdigest()[:32]
+
+    @property
+    def identity(self):
+        """Both identities, by their names in files."""
+        return {"study_id": self.study_id, "numerics_id": self.numerics_id}
 
     def plan(self, **policy):
         """Divide the study into blocks; see `studies.plan.Plan`."""

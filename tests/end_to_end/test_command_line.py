@@ -70,8 +70,8 @@ def invoke(*arguments):
     ("arguments", "message"),
     [
         (("solve", "--state", "Q", "--P", 1, "--H", 0.1), "state = 'Q' is not known"),
-        (("solve", "--state", "U", "--P", "nan", "--H", 0.1), "P = nan is not from 0 to 1e+06"),
-        (("solve", "--state", "U", "--P", 1, "--H", 0), "H = 0 is not a positive number"),
+        (("solve", "--state", "U", "--P", "nan", "--H", 0.1), "P = nan is not possible; give a load from 0"),
+        (("solve", "--state", "U", "--P", 1, "--H", 0), "H = 0 is not possible; give a half gap above 0"),
         (
             ("solve", "--state", "U", "--P", 1, "--H", 0.1, "--ends", "free-free"),
             "use one of clamped-clamped",
