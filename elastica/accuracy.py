@@ -16,8 +16,8 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
     """Bounds for κ, for each length, for their sum and for the energy's first variation.
 
     A length is rounded by ε times its terms and by what the rounding of κ and λ makes of it (much near
-    the separatrix), a rise likewise; through the arrow system they move the
-    total length by Σ n (δℓ + |ℓ_λ/d_λ| δd), hence κ by that over |ΣD|.
+    the separatrix), a rise likewise; through the arrow system they move the total length by
+    Σ n (δℓ + |ℓ_λ/d_λ| δd), hence κ by that over |ΣD|.
 
     Parameters
     ----------
@@ -39,7 +39,10 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
         kind = segment.kind
         G = kind.first * q.K + abs(kind.second * q.f)
         kappa, lam = q.kappa, np.abs(q.lam)
-        delta_length = ROUNDING * (G / q.r + np.abs(kappa * g.length_kappa) + np.abs(lam * g.length_lam))
+        delta_length = ROUNDING * (G / q.r + np.abs(lam * g.length_lam))
+        if segment.rise or kind.second:
+            # Otherwise m is known from K(m), not from κ.
+            delta_length = delta_length + ROUNDING * np.abs(kappa * g.length_kappa)
         tilt = abs(kind.second) * kappa * p / q.F**2
         delta_rise = ROUNDING * (
             tilt + lam * G / (q.F * q.r) + np.abs(kappa * g.rise_kappa) + np.abs(lam * g.rise_lam)

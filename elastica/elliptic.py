@@ -5,17 +5,49 @@ transformation gives all four from one chain of square roots, without a branch i
 cancellation that 1 − E/K suffers as m → 0: the second kind is carried as D = (first − second)/m.
 Every operation is element-wise, so a value never depends on its neighbours in the array.
 
-Left out: m ≥ 1 (a segment that ends at θ = 0 has a turning point, hence m < 1) and the Jacobi
-functions, for which SciPy is used.
+Left out: m ≥ 1 (a segment that ends at θ = 0 has a turning point, hence m < 1).
 """
 
 import numpy as np
+from scipy.special import ellipj
 
 FEW_STEPS = 5
 FEW_STEPS_SUFFICE_ABOVE = 0.05
 """m₁ = 1 − m above which five transformations leave a relative error below 1e-17."""
+INVERSION_STEPS = 8
+ROUNDING = np.finfo(float).eps
 MANY_STEPS = 12
 """Enough for the smallest positive m₁ of double precision."""
+
+
+def complementary_parameter(K):
+    """1 − m for which the complete integral is K(m) ≥ π/2.
+
+    Newton for x = ln(1 − m), in which K is nearly linear: dK/dx = −(K − D)/2. It starts from the limit
+    K = ln 4 − x/2 of m → 1 and keeps all digits of 1 − m there.
+    """
+    x = np.minimum(np.log(16) - 2 * K, -ROUNDING)
+    for _ in range(INVERSION_STEPS):
+        trial, DK, _, _ = integrals(np.exp(x), np.zeros_like(x), np.ones_like(x))
+        x = np.minimum(x + 2 * (trial - K) / (trial - DK), -ROUNDING)
+    return np.exp(x)
+
+
+def jacobi(u, K, m):
+    """Functions sn, cn(u|m) and the number of half periods that the amplitude of u is away from 0.
+
+    The argument is brought to |u| ≤ K first: for m → 1 the functions of SciPy are right only there.
+
+    Returns
+    -------
+    sn, cn : ndarray
+    turns : ndarray
+        am u = turns·π + an angle in [−π/2, π/2].
+    """
+    turns = np.rint(u / (2 * K))
+    sn, cn = ellipj(u - 2 * turns * K, m)[:2]
+    sign = 1 - 2 * (turns % 2)
+    return sign * sn, sign * np.abs(cn), turns
 
 
 def integrals(m1, sin_phi, cos_phi):

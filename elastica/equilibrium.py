@@ -2,16 +2,23 @@
 
 The closed small-deflection forms serve where the root is unique (alternating words, line regime, free
 buckling); a sweep in κ finds every root of the other words. What is too steep for a start from small
-deflections is reached from there in small changes of H or P, so that it lies on the same branch.
+deflections is reached by moving the walls from there, or from the free shape that just touches them, so
+that it lies on the same branch.
 
 Left out: names (`states`), admissibility, stability.
 """
 
-import numpy as np
+from functools import cache
+from itertools import pairwise
 
+import numpy as np
+from scipy.optimize import brentq
+
+from elastica.elliptic import complementary_parameter
 from elastica.euler import euler_root
-from elastica.newton import ROUNDING, Roots, newton, regular, steepest_angle
+from elastica.newton import ROUNDING, Bracket, Roots, arrow_system, newton, regular, steepest_angle
 from elastica.segments import geometry, length, pendulum
+from elastica.states import Segment
 from elastica.sweep import sweep
 
 RIGHT_ANGLE = np.pi / 2
@@ -20,9 +27,10 @@ TINY_THRUST = 1e-6
 LINE_FOLD = 0.528160307318
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
 beyond it there are none. A segment from a pin ends at half of it."""
-BRANCH_STEPS = 24
-LARGEST_K = 16.0
-"""K(m) at which 1 − m = 2e-13 has lost all but three digits."""
+MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
+LARGEST_K = 350.0
+"""K(m) at which 1 − m leaves the range of numbers."""
+FOLD_SCAN = np.arange(0.05, 2.0, 0.05)
 
 
 def find(state, ends, p, H):
@@ -58,14 +66,36 @@ def find(state, ends, p, H):
 
 
 def unresolved_load(state, ends):
-    """Thrust p above which a state exists but is too near the pendulum's separatrix to be computed.
+    """Thrust p above which a state exists but lies too near the pendulum's separatrix for numbers."""
+    periodic = _periodic_kind(state, ends)
+    return (periodic.first * LARGEST_K) ** 2 if periodic else np.inf
 
-    Free shapes with λ = 0 exist at every thrust above their Euler load, with K(m) ∝ √p.
+
+def pendulums_of(state, ends, p, kappa, lam):
+    """The pendulums of a state's segments.
+
+    Parameters
+    ----------
+    state, ends : State, Ends
+    p, kappa : ndarray, shape (n,)
+    lam : sequence of ndarray, shape (n,)
+
+    Returns
+    -------
+    list of Pendulum
+        Of free shapes with λ = 0, whose K(m) is known, with all digits of 1 − m.
     """
-    for kind, *_ in state.segments(ends):
-        if state.mode and not kind.second:
-            return (kind.first * LARGEST_K) ** 2
-    return np.inf
+    periodic = _periodic_kind(state, ends)
+    m1 = complementary_parameter(np.maximum(np.sqrt(p) / periodic.first, np.pi / 2)) if periodic else None
+    return [pendulum(p, kappa, values, m1) for values in lam]
+
+
+def _periodic_kind(state, ends):
+    """The kind of a free shape with λ = 0: it exists at every load above its Euler load, K(m) ∝ √p."""
+    if state.mode:
+        ((kind, *_),) = state.segments(ends)
+        return None if kind.second else kind
+    return None
 
 
 def _line(segments, p, H):
@@ -91,34 +121,48 @@ def _line(segments, p, H):
 def _free(segments, p, onset):
     """Buckling without contact, from its Euler load √p = `onset` on, up to a fold if there is one.
 
-    Modes whose two ends carry the same reaction (λ = 0) exist at every higher load: K(m) ≈
-    ln(4/√m₁) overestimates their amplitude, and as the length grows with κ Newton comes down to the
-    root. The other modes start from their initial post-buckling, P/P_n − 1 ≈ 0.11 κ²/p.
+    Modes whose two ends carry the same reaction (λ = 0) exist at every higher load, with K(m) = √p/n_K.
+    The others, κ/√p being a function of p alone, exist up to the fold of that function; they start from
+    their initial post-buckling, P/P_n − 1 ≈ 0.11 κ²/p.
     """
     ((kind, *_),) = segments
     roots = Roots.none(segments, p.size)
-    buckled = np.flatnonzero(np.sqrt(p) > onset)
-    p = p[buckled]
-    H = np.zeros_like(p)
     if not kind.second:
-        m1 = 16 * np.exp(-2 * np.sqrt(p) / kind.first)
-        kappa = 2 * np.sqrt(p) * np.sqrt(1 - m1)
-        roots.put(buckled, newton(segments, p, H, kappa, H[None]))
+        buckled = np.flatnonzero(np.sqrt(p) > onset)
+        m1 = complementary_parameter(np.sqrt(p[buckled]) / kind.first)
+        kappa = 2 * np.sqrt(p[buckled] * (1 - m1))
+        roots.put(buckled, Roots(np.ones(buckled.size, bool), kappa, np.zeros((1, buckled.size))))
         return roots
     slope = np.tan((onset - kind.first * np.pi / 2) / kind.second)
-
-    def start(p):
-        kappa = np.sqrt((p / onset**2 - 1) / 0.11 * p)
-        return kappa, (np.sqrt(p) * kappa * slope)[None]
-
-    found = newton(segments, p, H, *start(p))
-    found.found[:] &= regular(segments, p, found, +1)
-    steep = np.flatnonzero(~(found.found & (steepest_angle(segments, p, found) < RIGHT_ANGLE)))
-    begin = np.minimum(p[steep], 1.02 * onset**2)
-    near = newton(segments, begin, H[steep], *start(begin))
-    found.put(steep, _along(segments, near, (begin, p[steep]), (H[steep], H[steep]), +1))
-    roots.put(buckled, found)
+    kappa_fold, root_p_fold = _fold_of_free(kind, slope)
+    buckled = np.flatnonzero((np.sqrt(p) > onset) & (np.sqrt(p) <= root_p_fold))
+    p = p[buckled]
+    high = kappa_fold * np.sqrt(p)
+    kappa = np.minimum(np.sqrt((p / onset**2 - 1) / 0.11 * p), 0.9 * high)
+    lam = (np.sqrt(p) * kappa * slope)[None]
+    bracket = Bracket(np.zeros_like(p), high, np.full(p.size, -1.0))
+    roots.put(buckled, newton(segments, p, np.zeros_like(p), kappa, lam, bracket))
     return roots
+
+
+@cache
+def _fold_of_free(kind, slope):
+    """κ/√p and √p at the fold of a free mode with λ ≠ 0, where its length at p = 1 is largest."""
+    segments = {Segment(kind, 0, 0): 1}
+    one, zero = np.ones(1), np.zeros(1)
+
+    def settle(kappa, lam):
+        found = newton(segments, one, zero, np.array([kappa]), lam, fixed_kappa=True)
+        return found.lam, arrow_system(segments, one, zero, found.kappa, found.lam)
+
+    lam, arrow = settle(FOLD_SCAN[0], np.array([[FOLD_SCAN[0] * slope]]))
+    for before, kappa in pairwise(FOLD_SCAN):
+        ahead, after = settle(kappa, lam + arrow.along * (kappa - before))
+        if after.pivot[0] < 0:
+            break
+        lam, arrow = ahead, after
+    fold = brentq(lambda kappa: float(settle(kappa, lam)[1].pivot[0]), before, kappa, xtol=1e-14)
+    return fold, 1 + float(settle(fold, lam)[1].excess[0])
 
 
 def _alternating(segments, p, H, line):
@@ -139,7 +183,12 @@ def _alternating(segments, p, H, line):
     p, H = p[steep], H[steep]
     narrow = np.minimum(H, 0.02)
     near = newton(segments, p, narrow, *_small_deflection(segments, p, narrow))
-    found.put(steep, _along(segments, near, (p, p), (narrow, H), -1))
+    near.found[:] &= regular(segments, p, near, -1)
+    found.put(steep, _move_walls(segments, near, p, (narrow, H)))
+    wide = np.flatnonzero(~found.found[steep])
+    if len(segments) == 1 and wide.size:
+        free, height = _just_touching(segments, p[wide])
+        found.put(steep[wide], _move_walls(segments, free, p[wide], (height, H[wide])))
     roots.put(sought, found)
     return roots
 
@@ -164,18 +213,39 @@ def _small_deflection(segments, p, H):
     return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
 
 
-def _along(segments, roots, p, H, sign):
-    """Follow roots from (p[0], H[0]) to (p[1], H[1]) as long as the branch stays regular."""
-    before = roots
-    for step in range(1, BRANCH_STEPS + 1):
-        if not roots.found.any():
+def _just_touching(segments, p):
+    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends."""
+    (((kind, *_), count),) = segments.items()
+    K = np.sqrt(p) / (count * kind.first)
+    buckled = np.pi / 2 < K
+    m1 = complementary_parameter(np.where(buckled, K, 2.0))
+    kappa = 2 * np.sqrt(p * (1 - m1))
+    return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p
+
+
+def _move_walls(segments, roots, p, H):
+    """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
+
+    Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
+    a fold to another branch, and lengthened where it does not.
+    """
+    share, step = np.zeros(p.size), np.full(p.size, 1 / 16)
+    found = roots.found.copy()
+    for _ in range(MOST_BRANCH_STEPS):
+        live = np.flatnonzero(found & (share < 1))
+        if not live.size:
             break
-        share = step / BRANCH_STEPS
-        p_, H_ = (start + share * (stop - start) for start, stop in (p, H))
-        kappa, lam = 2 * roots.kappa - before.kappa, 2 * roots.lam - before.lam
-        after = newton(segments, p_, H_, kappa, lam, most_steps=12)
-        after.found[:] &= roots.found & regular(segments, p_, after, sign)
-        before, roots = roots, after
+        here = roots.at(live)
+        ahead = np.minimum(share[live] + step[live], 1.0)
+        H_ = H[0][live] + ahead * (H[1][live] - H[0][live])
+        there = newton(segments, p[live], H_, here.kappa, here.lam, most_steps=8)
+        near = np.abs(there.kappa - here.kappa) < LONGEST_BRANCH_STEP * here.kappa
+        good = there.found & near & regular(segments, p[live], there, -1)
+        roots.put(live[good], there.at(good))
+        share[live[good]] = ahead[good]
+        step[live] *= np.where(good, 1.5, 0.5)
+        found[live] = step[live] > SMALLEST_BRANCH_STEP
+    roots.found[:] = found & (share == 1)
     return roots
 
 

@@ -85,7 +85,7 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         step_kappa, step_lam = _stay_inside(p_, kappa_, lam_, step_kappa, step_lam)
         roots.kappa[live] = kappa_ + step_kappa
         roots.lam[:, live] = lam_ + step_lam
-        converged = _small(size) | _stagnated(size, previous[live])
+        converged = _small(size) | (_stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess)))
         if not fixed_kappa:
             rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
             converged |= _exact(arrow.excess) & _small(rises)
@@ -138,18 +138,21 @@ class Bracket(NamedTuple):
 
 
 def regular(segments, p, roots, sign):
-    """Whether a root lies on the branch that comes from small deflections: d_λ > 0, sign·ΣnD > 0.
+    """Whether the determinant of the arrow system, ΣnD·Π d_λ, has the sign it has at small deflections.
+
+    It changes where the branch folds. A single d_λ may vanish in between: D is infinite there, the
+    state is not special.
 
     Returns
     -------
     ndarray of bool, shape (n,)
     """
-    regular, pivot = np.ones(p.size, bool), 0.0
+    determinant, pivot = sign, 0.0
     for j, (segment, count) in enumerate(segments.items()):
         g = geometry(segment.kind, pendulum(p, roots.kappa, roots.lam[j]))
-        regular &= g.rise_lam > 0
+        determinant = determinant * np.sign(g.rise_lam)
         pivot = pivot + count * g.D
-    return regular & (sign * pivot > 0)
+    return determinant * pivot > 0
 
 
 def steepest_angle(segments, p, roots):
@@ -187,6 +190,11 @@ def _relative(step_kappa, step_lam, p, kappa, lam):
 def _small(size):
     """Quadratic convergence: the step after one of 1e-9 is below rounding."""
     return size < 1e-9
+
+
+def _met(excess):
+    """Length met as well as the worst conditioned points allow; beyond a fold it never is."""
+    return np.abs(excess) <= 1e-12
 
 
 def _exact(excess):

@@ -100,13 +100,16 @@ class Pendulum(NamedTuple):
         return 2 * np.arctan2(np.sqrt(self.m), np.sqrt(self.m1))
 
 
-def pendulum(p, kappa, lam):
+def pendulum(p, kappa, lam, m1=None):
     """Set up the pendulum of theory section 3 for thrust p, shared curvature κ ≥ 0 and force λ.
 
     Parameters
     ----------
     p, kappa, lam : ndarray, shape (...,)
         In units with EI = L = 1. p ≥ 0, κ² < 2(F + p); not both κ and λ zero.
+    m1 : ndarray, optional
+        1 − m where it is known better than κ tells, NaN elsewhere: near the separatrix κ² = 2(F + p)
+        rounding of κ leaves no digit of it.
 
     Returns
     -------
@@ -118,8 +121,9 @@ def pendulum(p, kappa, lam):
     sin_half = lam / root
     cos_half = (F + p) / root
     quarter = kappa * kappa / (4 * F)
-    m = quarter + sin_half * sin_half
-    m1 = cos_half * cos_half - quarter
+    m = np.minimum(quarter + sin_half * sin_half, 1.0)
+    by_kappa = cos_half * cos_half - quarter
+    m1 = by_kappa if m1 is None else np.where(np.isnan(m1), by_kappa, m1)
     sqrt_m = np.sqrt(np.maximum(m, TINY))
     K, DK, f, Df = integrals(m1, sin_half / sqrt_m, kappa / (2 * r * sqrt_m))
     return Pendulum(p, kappa, lam, F, r, m, m1, sin_half, cos_half, K, DK, f, Df)
@@ -128,6 +132,12 @@ def pendulum(p, kappa, lam):
 def start_phase(kind, q):
     """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
     return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
+
+
+def swing_at(q, sn, cn):
+    """Angle ψ = θ − α where the Jacobi functions have the values `sn`, `cn` (n, samples)."""
+    m, m1 = q.m[:, None], q.m1[:, None]
+    return 2 * np.arctan2(np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn))
 
 
 def length(kind, q):

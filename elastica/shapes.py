@@ -7,11 +7,11 @@ where it leads from the last contact to end B. Flat stretches lie straight on th
 from typing import NamedTuple
 
 import numpy as np
-from scipy.special import ellipj
 
 from elastica.codes import Status
-from elastica.elliptic import integrals
-from elastica.segments import pendulum, start_phase
+from elastica.elliptic import integrals, jacobi
+from elastica.equilibrium import pendulums_of
+from elastica.segments import start_phase, swing_at
 
 FOUR_PI_SQUARED = 4 * np.pi**2
 WALL = {"U": 1, "D": -1}
@@ -68,6 +68,7 @@ def _bent(solution, points, s):
     H = solution.H.ravel()[points, None]
     kappa = solution.curvature.ravel()[points]
     lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
+    pendulums = pendulums_of(state, solution.ends, p, kappa, lam)
     flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
     walls = [WALL[letter] for letter in state.word]
     reverses = state.reversed_segments(solution.ends)
@@ -76,7 +77,7 @@ def _bent(solution, points, s):
     begin = np.zeros((points.size, 1))
     x_begin = np.zeros((points.size, 1))
     for i, (segment, reverse) in enumerate(zip(segments, reverses, strict=True)):
-        q = pendulum(p, kappa, lam[i])
+        q = pendulums[i]
         ell = lengths[i][:, None]
         side = 1 if not walls else walls[min(i, len(walls) - 1)]
         along = np.clip(s - begin, 0, ell)
@@ -99,14 +100,13 @@ def _bent(solution, points, s):
 
 def _segment(kind, q, along):
     """θ, advance in x and rise at arc lengths `along` (n, samples) from the start of a segment."""
-    m, m1, r, F, DK = (field[:, None] for field in (q.m, q.m1, q.r, q.F, q.DK))
+    m, m1, r, F, K, DK = (field[:, None] for field in (q.m, q.m1, q.r, q.F, q.K, q.DK))
     sin_alpha, cos_alpha = (force[:, None] / F for force in (q.lam, q.p))
     start = start_phase(kind, q)[:, None]
 
     def phase(u):
-        """sn, cn and D(am u|m), which ellipj's amplitude gives through its distance from nπ."""
-        sn, cn, _, phi = ellipj(u, m)
-        turns = np.rint(phi / np.pi)
+        """Functions sn and cn and D(am u|m)."""
+        sn, cn, turns = jacobi(u, K, m)
         D = integrals(m1, sn * (1 - 2 * (turns % 2)), np.abs(cn))[3]
         return sn, cn, 2 * turns * DK + D
 
@@ -114,5 +114,5 @@ def _segment(kind, q, along):
     sn, cn, D = phase(start + r * along)
     bent = 2 * r * np.sqrt(m) * (cn_start - cn) / F
     stretch = along - 2 * m * (D - D_start) / r
-    theta = q.alpha[:, None] + 2 * np.arcsin(np.sqrt(m) * sn)
+    theta = q.alpha[:, None] + swing_at(q, sn, cn)
     return theta, cos_alpha * stretch - sin_alpha * bent, cos_alpha * bent + sin_alpha * stretch

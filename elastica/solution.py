@@ -12,10 +12,10 @@ from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
 from elastica.codes import Stability, Status
 from elastica.ends import End, Ends, parse_ends
-from elastica.equilibrium import find, unresolved_load
+from elastica.equilibrium import TINY_THRUST, find, pendulums_of, unresolved_load
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
-from elastica.segments import bending_energy, geometry, pendulum, shortening, steepest
+from elastica.segments import bending_energy, geometry, shortening, steepest
 from elastica.stability import MARGIN, index_of_lines, index_of_points, verdict
 from elastica.states import State, parse_state
 
@@ -176,8 +176,8 @@ def _unusable(P, H, unresolved):
     for point in np.flatnonzero(P >= unresolved):
         reasons.setdefault(
             int(point),
-            f"P = {P[point]:g}: above {unresolved:.4g} this shape is a loop narrower than double "
-            "precision resolves",
+            f"P = {P[point]:g}: above {unresolved:.4g} this shape is a loop narrower than numbers "
+            "of double precision can tell",
         )
     return reasons
 
@@ -224,7 +224,7 @@ def _bent(state, ends, P, H):
     segments = state.distinct_segments(ends)
     roots = find(state, ends, p, H)
     kinds = [segment.kind for segment in segments]
-    pendulums = [pendulum(p, roots.kappa, lam) for lam in roots.lam]
+    pendulums = pendulums_of(state, ends, p, roots.kappa, roots.lam)
     geometries = [geometry(kind, q) for kind, q in zip(kinds, pendulums, strict=True)]
 
     def total(quantity):
@@ -248,7 +248,9 @@ def _bent(state, ends, P, H):
         segments, pendulums, geometries, p, state.line
     )
     delta_energy = delta_energy + SAFETY * ROUNDING * (bending + p * shorter)
-    error = np.max([delta_kappa / np.sqrt(p), delta_length, delta_energy / np.abs(energy)], axis=0)
+    terms = bending + p * shorter
+    relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
+    error = np.max([delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST)), delta_length, relative], axis=0)
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)

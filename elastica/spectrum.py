@@ -16,16 +16,18 @@ Symmetric states are solved by halves: rotations of the middle are free in even,
 """
 
 from functools import cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
-from scipy.special import ellipj
 
 from elastica.codes import Status
+from elastica.elliptic import jacobi
 from elastica.ends import End
+from elastica.equilibrium import pendulums_of
 from elastica.euler import euler_root
-from elastica.segments import pendulum, start_phase
+from elastica.segments import start_phase, swing_at
 
 FOUR_PI_SQUARED = 4 * np.pi**2
 TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, 80.0: 448}
@@ -89,11 +91,19 @@ def eigenvalues(solution, count):
     return result.reshape(*shape, count)
 
 
+class Contact(NamedTuple):
+    """A vertex that may rotate: the coefficient of φ² in Q is reaction/curvature, arrays (n,)."""
+
+    reaction: np.ndarray
+    kappa: np.ndarray
+
+
 class Elements(NamedTuple):
     """A chain of free segments: (n,) arrays in lists, one entry a segment, and the vertex conditions.
 
     `vertex[i]` belongs to the start of segment i, the last one to the end of the chain: None where
-    φ = 0, otherwise the coefficient of φ² in Q, shape (n,).
+    φ = 0, otherwise a `Contact`; pinned ends have no reaction. `constrained` says whether the height
+    of each segment is held.
     """
 
     kinds: list
@@ -109,16 +119,16 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
     state, ends = solution.state, solution.ends
     kinds = [segment.kind for segment in state.segments(ends)]
     last = len(kinds) - 1
-    pendulums = [pendulum(p, kappa, values) for values in lam.T]
-    free = np.zeros_like(p)
+    pendulums = pendulums_of(state, ends, p, kappa, lam.T)
+    free = Contact(np.zeros_like(p), np.ones_like(p))
     edge = [None if end is End.CLAMPED else free for end in ends]
-    reaction = [None if state.line else (a + b) / kappa for a, b in zip(lam.T, lam.T[1:], strict=False)]
+    contacts = [None if state.line else Contact(a + b, kappa) for a, b in pairwise(lam.T)]
     whole = Elements(
         kinds,
         list(state.reversed_segments(ends)),
         pendulums,
         list(lengths.T),
-        [edge[0], *reaction, edge[1]],
+        [edge[0], *contacts, edge[1]],
     )
     if state.line:
         values = [_spectrum(_part(whole, i, i + 1), terms, count) for i in range(last + 1)]
@@ -128,7 +138,8 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
                 np.put_along_axis(values[i], nearest[:, None], 0.0, axis=1)
     elif _symmetric(state, ends):
         half = _part(whole, 0, (last + 1) // 2)
-        even = half._replace(vertex=[*half.vertex[:-1], 0.5 * half.vertex[-1]])
+        middle = half.vertex[-1]
+        even = half._replace(vertex=[*half.vertex[:-1], middle._replace(reaction=middle.reaction / 2)])
         odd = half._replace(vertex=[*half.vertex[:-1], None])
         values = [_spectrum(part, terms, count) for part in (even, odd)]
     elif state.mode and ends.alike:
@@ -172,7 +183,15 @@ def _spectrum(elements, terms, count):
         mass[block] += inertia[:, rows[0], rows[1]]
         heights[:, place, i] = height[:, local]
     for place, vertex in enumerate(vertices):
-        Q[:, place, place] += elements.vertex[vertex]
+        # In the unit of rotation 1/√(1 + μℓ/κ) the stiffness μ/κ stays finite as κ → 0.
+        reaction, kappa = elements.vertex[vertex]
+        total = kappa + np.abs(reaction) * elements.lengths[0]
+        unit = np.sqrt(kappa / total)[:, None]
+        for matrix in (Q, mass):
+            matrix[:, place, :] *= unit
+            matrix[:, :, place] *= unit
+        heights[:, place, :] *= unit
+        Q[:, place, place] += reaction / total
     if elements.constrained:
         basis = np.linalg.qr(heights, mode="complete")[0][:, :, len(elements.kinds) :]
         across = basis.transpose(0, 2, 1)
@@ -181,14 +200,16 @@ def _spectrum(elements, terms, count):
     shift = np.max([q.F for q in elements.pendulums], axis=0)[:, None]
     lower = np.linalg.inv(np.linalg.cholesky(Q + shift[:, :, None] * mass))
     inverse = np.linalg.eigvalsh(lower @ mass @ lower.transpose(0, 2, 1))
-    return 1 / inverse[:, ::-1][:, :count] - shift
+    with np.errstate(divide="ignore"):
+        return 1 / inverse[:, ::-1][:, :count] - shift
 
 
 def _element(kind, reverse, q, ell, terms):
     """Q, mass and height constraint of one segment, local order v₀, v₁, bubbles."""
     points, weights, basis, stiffness, inertia = _reference(terms)
-    sn = ellipj(start_phase(kind, q)[:, None] + (q.r * ell)[:, None] * points, q.m[:, None])[0]
-    psi = 2 * np.arcsin(np.sqrt(q.m)[:, None] * sn)
+    u = start_phase(kind, q)[:, None] + (q.r * ell)[:, None] * points
+    sn, cn, _ = jacobi(u, q.K[:, None], q.m[:, None])
+    psi = swing_at(q, sn, cn)
     if reverse:
         basis = basis[::-1]
     weighted = basis.T * (weights * ell[:, None] * q.F[:, None] * np.cos(psi))[:, None, :]
