@@ -30,6 +30,8 @@ beyond it there are none. A segment from a pin ends at half of it."""
 MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
 LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
+ENDS_MEET_K = 2.3210497325
+"""K(m) where K = 2E: the ends of the free shape meet."""
 FOLD_SCAN = np.arange(0.05, 2.0, 0.05)
 
 
@@ -214,10 +216,13 @@ def _small_deflection(segments, p, H):
 
 
 def _just_touching(segments, p):
-    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends."""
+    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends.
+
+    Only before its ends pass each other, 2E = K: the loops beyond are no neighbours of any other shape.
+    """
     (((kind, *_), count),) = segments.items()
     K = np.sqrt(p) / (count * kind.first)
-    buckled = np.pi / 2 < K
+    buckled = (np.pi / 2 < K) & (K < ENDS_MEET_K)
     m1 = complementary_parameter(np.where(buckled, K, 2.0))
     kappa = 2 * np.sqrt(p * (1 - m1))
     return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p

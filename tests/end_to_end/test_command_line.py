@@ -48,6 +48,9 @@ def test_solve_in_words_and_in_json():
     answer = json.loads(elastica("solve", "--state", "U", "--P", 2.5, "--H", 0.1, "--json").stdout)
     assert answer["eigenvalues"][0] == pytest.approx(24.8282985, abs=5e-8)
     assert (answer["status"], answer["index"]) == ("solved", 0)
+    pulled = elastica("solve", "--state", "U", "--P", 0, "--H", 0.1, "--json").stdout
+    assert "Infinity" not in pulled
+    assert "NaN" not in pulled
     nowhere = json.loads(elastica("solve", "--state", "U", "--P", 5, "--H", 0.1, "--json").stdout)
     assert (nowhere["status"], nowhere["curvature"]) == ("no_equilibrium", None)
 

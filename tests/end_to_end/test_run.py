@@ -148,3 +148,49 @@ def test_check_finds_what_was_changed(dataset_file, tmp_path):
 
     path = tampered(lambda dataset: dataset.setncattr("study_id", "0" * 32))
     assert any("study_id" in problem for problem in studies.check(path, sample=5)[1])
+
+
+def test_shards_and_datasets_of_other_numerics_are_not_reused(study, dataset_file, tmp_path, monkeypatch):
+    plan = study.plan()
+    folder = tmp_path / "shards"
+    folder.mkdir()
+    from studies.shards import compute_shard
+
+    compute_shard(plan.blocks[0], plan.names, study.outputs, study.identity, folder)
+    path = shard_path(folder, plan.blocks[0])
+    assert shard_is_valid(path, study.identity)
+    monkeypatch.setattr("studies.study.NUMERICS_VERSION", 999)
+    assert not shard_is_valid(path, study.identity)
+    with pytest.raises(StudyError, match="another version of the numerics"):
+        is_done(study, dataset_file)
+
+
+def test_files_of_others_in_the_shard_folder_survive(study, tmp_path):
+    folder = folder_of(tmp_path / "small.nc")
+    folder.mkdir()
+    (folder / "notes.txt").write_text("precious")
+    studies.run(study, out=tmp_path / "small.nc", workers=0).close()
+    assert [path.name for path in folder.iterdir()] == ["notes.txt"]
+
+
+def test_check_reports_edited_summaries_and_labels(dataset_file, tmp_path):
+    def edited(change):
+        path = tmp_path / "edited.nc"
+        path.write_bytes(dataset_file.read_bytes())
+        with opened(path, "a") as dataset:
+            change(dataset)
+        digest = content_hash(path)
+        with opened(path, "a") as dataset:
+            dataset.setncattr("content_hash", digest)
+        return studies.check(path, sample=5)[1]
+
+    def count(dataset):
+        dataset["stable_count"][:] = dataset["stable_count"][:] + 1
+
+    def shift(dataset):
+        dataset["H"][:] = dataset["H"][:] * 1.01
+
+    assert any("stable_count" in problem for problem in edited(count))
+    assert any("labels of H" in problem for problem in edited(shift))
+    with pytest.raises(StudyError, match="energy missing"):
+        edited(lambda dataset: dataset.renameVariable("energy", "vigour"))

@@ -46,6 +46,10 @@ BAD = [
     ("grid.H", [0.0, 0.1], "keep 0 < H < 0.5"),
     ("grid.H", [True], "True is not a finite number"),
     ("grid.H", "0.1", "neither a list nor"),
+    ("grid.P", [10**400], "is not a finite number"),
+    ("grid.P", {"start": 5.0, "stop": 1.0, "num": 3}, "stop = 1.0 is not above start = 5.0"),
+    ("grid.P.num", 1_000_000_000_000, "grid.P.num"),
+    ("outputs.frequencies", 3, "natural frequencies are not available"),
     ("grid.P", [-1.0], "keep 0 <= P <= 1e6"),
     ("grid.P", [1.0, 2e6], "keep 0 <= P <= 1e6"),
     ("grid.P.num", 2.5, "grid.P.num = 2.5 is not allowed; write a whole number"),
@@ -88,6 +92,26 @@ def test_labels_are_canonical_so_that_grids_join():
     by_list = changed("grid.H", [0.1, 0.2, 0.3])
     assert Study.from_dict(by_range).grid.H == Study.from_dict(by_list).grid.H == (0.1, 0.2, 0.3)
     assert canonical(0.1 + 0.2) == 0.3
+
+
+def test_a_grid_that_nobody_can_compute_is_refused():
+    content = changed("grid.P.num", 1_000_000)
+    content["grid"]["H"] = {"start": 0.01, "stop": 0.4, "num": 1_000_000}
+    with pytest.raises(StudyError, match="points are too many"):
+        Study.from_dict(content)
+
+
+def test_a_state_without_meaning_for_one_end_leaves_a_plan(tmp_path):
+    content = changed("states", {"names": ["Ua-"]})
+    assert Study.from_dict(content).plan().states == 20
+
+
+@pytest.mark.parametrize("text", ["a = [" * 5000, "num = " + "9" * 5000, "[study", "\xff"])
+def test_files_that_are_no_toml(tmp_path, text):
+    path = tmp_path / "bad.toml"
+    path.write_bytes(text.encode("latin-1"))
+    with pytest.raises(StudyError, match="this is no TOML file"):
+        Study.from_toml(path)
 
 
 def test_log_axis():
