@@ -1,11 +1,13 @@
 """Stability charts: the (H, P) plane of each end condition, coloured by the states that are stable there.
 
 Regions are bounded by the exact transition loads, not by the grid: a point of the picture takes the verdict
-of the nearest grid point on the same side of every curve.
+of the nearest grid point on the same side of every curve. A zone too thin for the grid is solved where
+it is.
 """
 
 from itertools import cycle
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -18,6 +20,8 @@ from scipy.spatial import cKDTree
 
 from elastica.codes import Stability, Status
 from elastica.ends import parse_ends
+from elastica.solution import solve
+from elastica.states import is_canonical
 from elastica.transitions import EVENTS, loads
 from studies.errors import StudyError
 
@@ -90,10 +94,11 @@ def chart(dataset):
     for left in axes[:, 0]:
         left.set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
     axes = list(axes.flat[:panels])
-    regions = [_stable_sets(dataset.isel(ends=number)) for number in range(panels)]
-    palette = _palette(sorted({name for names in regions for name in np.unique(names)}, key=_rank))
-    for number, (ax, names) in enumerate(zip(axes, regions, strict=True)):
-        _panel(ax, dataset.isel(ends=number), names, palette)
+    pictures = [_picture(dataset.isel(ends=number)) for number in range(panels)]
+    found = {name for picture in pictures for name in np.unique(picture.names)}
+    palette = _palette(sorted(found, key=_rank))
+    for ax, picture in zip(axes, pictures, strict=True):
+        _panel(ax, picture, palette)
     handles = [
         Patch(facecolor=colour, edgecolor="0.3", label=_label(name)) for name, colour in palette.items()
     ]
@@ -138,21 +143,36 @@ def _label(name):
     return "none of those searched" if name == "none" else name
 
 
-def _panel(ax, panel, names, palette):
-    """One end condition: regions, exact curves, their names."""
-    ends = str(panel["ends"].values)
-    H, P = panel["H"].values, panel["P"].values
+class Picture(NamedTuple):
+    """One panel: names of the stable states (H, P) on a fine grid, and the curves over its `H`."""
+
+    ends: str
+    H: np.ndarray
+    P: np.ndarray
+    names: np.ndarray
+    curves: dict
+
+
+def _picture(panel):
+    """Sharpen the grid of one end condition to a picture."""
+    ends, H, P = str(panel["ends"].values), panel["H"].values, panel["P"].values
+    states = [str(name) for name in panel["state"].values]
     fine_H, fine_P = (_between(labels, count) for labels, count in zip((H, P), PICTURE, strict=True))
-    curves = _curves(ends, fine_H, [str(name) for name in panel["state"].values])
-    picture = _sharpen(H, P, names, fine_H, fine_P, curves)
+    curves = _curves(ends, fine_H, states)
+    names = _sharpen(H, P, _stable_sets(panel), fine_H, fine_P, curves, ends, states)
+    return Picture(ends, fine_H, fine_P, names, curves)
+
+
+def _panel(ax, picture, palette):
+    """Draw one panel: regions, exact curves, their names."""
+    _, H, P, names, curves = picture
     order = list(palette)
-    codes = np.vectorize(order.index)(picture)
-    colours = ListedColormap(list(palette.values()))
+    codes = np.vectorize(order.index)(names)
     ax.pcolormesh(
-        fine_H,
-        fine_P,
+        H,
+        P,
         codes.T,
-        cmap=colours,
+        cmap=ListedColormap(list(palette.values())),
         vmin=-0.5,
         vmax=len(order) - 0.5,
         shading="nearest",
@@ -160,15 +180,15 @@ def _panel(ax, panel, names, palette):
     )
     for event, load in curves.items():
         if ((load >= P[0]) & (load <= P[-1])).any():
-            ax.plot(fine_H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
-    _name_regions(ax, picture, fine_H, fine_P, palette)
+            ax.plot(H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
+    _name_regions(ax, names, H, P, palette)
     if _log_spaced(H):
         ax.set_xscale("log")
     else:
         ax.xaxis.set_major_locator(MaxNLocator(5))
     if _log_spaced(P):
         ax.set_yscale("log")
-    ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=ends)
+    ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=picture.ends)
 
 
 def _curves(ends, H, names):
@@ -176,7 +196,7 @@ def _curves(ends, H, names):
     return {event: loads(event, H, ends) for event in EVENTS if CONCERNS[event] in names}
 
 
-def _sharpen(H, P, names, fine_H, fine_P, curves):
+def _sharpen(H, P, names, fine_H, fine_P, curves, ends, states):
     """Names on the fine grid: of the nearest grid point on the same side of every curve."""
     coarse, fine = (
         np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
@@ -188,16 +208,26 @@ def _sharpen(H, P, names, fine_H, fine_P, curves):
             edge = np.interp(points[:, 0], fine_H, load)
             zone *= 3
             zone += np.where(np.isnan(edge), 2, points[:, 1] > edge)
+    place = fine
     coarse, fine = (
         np.stack([_steps(H, points[:, 0]), _steps(P, points[:, 1])], axis=-1) for points in (coarse, fine)
     )
-    flat = names.ravel()
-    picture = flat[cKDTree(coarse).query(fine)[1]]
+    flat = names.ravel().astype(object)
+    picture = np.empty(len(fine), object)
     for zone in np.unique(zone_fine):
         members, known = np.flatnonzero(zone_fine == zone), np.flatnonzero(zone_coarse == zone)
         if known.size:
             picture[members] = flat[known[cKDTree(coarse[known]).query(fine[members])[1]]]
+        else:
+            picture[members] = _stable_at(*place[members[len(members) // 2]], ends, states)
     return picture.reshape(len(fine_H), len(fine_P))
+
+
+def _stable_at(H, P, ends, states):
+    """Names of the stable states at one point, joined."""
+    known = [name for name in states if is_canonical(name, ends)]
+    stable = [name for name in known if solve(name, P=P, H=H, ends=ends).stability == Stability.STABLE]
+    return " + ".join(stable) or "none"
 
 
 def _steps(labels, values):

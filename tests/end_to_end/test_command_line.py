@@ -190,9 +190,26 @@ def test_the_regions_of_a_chart_end_at_the_exact_loads(dataset_file):
     H, P = panel["H"].values, panel["P"].values
     load = float(loads("point_to_line", 0.12))
     fine_H, fine_P = np.array([0.1199, 0.12, 0.1201]), np.array([load - 0.01, load + 0.01])
-    curves = _curves("clamped-clamped", fine_H, list(panel["state"].values))
-    picture = _sharpen(H, P, _stable_sets(panel), fine_H, fine_P, curves)
-    assert picture[1].tolist() == ["U", "none"]
+    states = [str(name) for name in panel["state"].values]
+    curves = _curves("clamped-clamped", fine_H, states)
+    known = (_stable_sets(panel), fine_H, fine_P, curves, "clamped-clamped", [*states, "B1"])
+    assert _sharpen(H, P, *known)[1].tolist() == ["U", "none"]
+
+
+def test_a_zone_too_thin_for_the_grid_is_solved(dataset_file):
+    """Between the Euler load and the touching load, where no grid point lies, B1 is stable."""
+    from elastica.transitions import loads
+    from studies.charts import _picture
+
+    with xr.open_dataset(dataset_file) as dataset:
+        panel = dataset.isel(ends=0).load()
+    assert "B1" not in panel["state"].values
+    with_b1 = panel.reindex(state=[*panel["state"].values, "B1"], fill_value=-1)
+    picture = _picture(with_b1)
+    column = np.abs(picture.H - 0.2).argmin()
+    inside = (picture.P > 1) & (picture.P < loads("touches", picture.H[column]))
+    assert inside.any()
+    assert set(picture.names[column, inside]) == {"B1"}
 
 
 def test_read_only_folder_is_refused(toml, tmp_path, monkeypatch):
