@@ -27,6 +27,8 @@ TINY_THRUST = 1e-6
 LINE_FOLD = 0.528160307318
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
 beyond it there are none. A segment from a pin ends at half of it."""
+NARROW_GAP = 0.02
+"""Half gap that is small for every strip: there the small-deflection start converges."""
 MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
 LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
@@ -49,7 +51,7 @@ def find(state, ends, p, H):
     -------
     Roots
         `found` is False where the state has no equilibrium with |θ| < 90°, nor a steeper one on the
-        branch that grows from small deflections.
+        branch that grows from small deflections or from a free shape that touches the wall.
     """
     segments = state.distinct_segments(ends)
     if state.mode:
@@ -174,8 +176,8 @@ def _alternating(segments, p, H, line):
     """
     roots = Roots.none(segments, p.size)
     slack = _total_length(segments, p, line) - 1
-    touching = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
-    roots.put(touching, line.at(touching))
+    flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
+    roots.put(flattened, line.at(flattened))
 
     sought = np.flatnonzero(~line.found | (slack > 4 * ROUNDING))
     p, H = p[sought], H[sought]
@@ -183,7 +185,7 @@ def _alternating(segments, p, H, line):
     found.found[:] &= regular(segments, p, found, -1)
     steep = np.flatnonzero(~(found.found & (steepest_angle(segments, p, found) < RIGHT_ANGLE)))
     p, H = p[steep], H[steep]
-    narrow = np.minimum(H, 0.02)
+    narrow = np.minimum(H, NARROW_GAP)
     near = newton(segments, p, narrow, *_small_deflection(segments, p, narrow))
     near.found[:] &= regular(segments, p, near, -1)
     found.put(steep, _move_walls(segments, near, p, (narrow, H)))
