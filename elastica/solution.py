@@ -11,12 +11,12 @@ import numpy as np
 from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
 from elastica.codes import Stability, Status
-from elastica.ends import End, Ends, parse_ends
+from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import TINY_THRUST, find, pendulums_of, unresolved_load
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
 from elastica.segments import bending_energy, geometry, shortening, steepest
-from elastica.stability import MARGIN, index_of_lines, index_of_points, verdict
+from elastica.stability import MARGIN, index_of_lines, index_of_points, sliding_segments, verdict
 from elastica.states import State, parse_state
 
 FOUR_PI_SQUARED = 4 * np.pi**2
@@ -254,9 +254,9 @@ def _bent(state, ends, P, H):
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)
-        slides = sum(end is End.CLAMPED for end in ends)
-        nullity = slides + critical
-        stability = verdict(index, critical, third_order=slides > 0)
+        at_clamps, between_lines = sliding_segments(segments, ends)
+        nullity = at_clamps + between_lines + critical
+        stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
         critical |= roots.kappa <= MARGIN * delta_kappa

@@ -27,12 +27,13 @@ from elastica.elliptic import jacobi
 from elastica.ends import End
 from elastica.equilibrium import pendulums_of
 from elastica.euler import euler_root
-from elastica.segments import start_phase, swing_at
+from elastica.segments import Kind, start_phase, swing_at
 
 FOUR_PI_SQUARED = 4 * np.pi**2
 TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, 80.0: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
 real axis, so (without a margin) eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
+FULL_PERIOD = Kind(0, 1)
 BATCH_ENTRIES = 100_000
 """Matrix entries of a batch: larger ones leave the cache."""
 
@@ -132,10 +133,11 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
     )
     if state.line:
         values = [_spectrum(_part(whole, i, i + 1), terms, count) for i in range(last + 1)]
-        for i, end in ((0, ends.A), (last, ends.B)):
-            if end is End.CLAMPED:
-                nearest = np.abs(values[i]).argmin(axis=1)
-                np.put_along_axis(values[i], nearest[:, None], 0.0, axis=1)
+        for kind, eigenvalues_of_segment in zip(kinds, values, strict=True):
+            # A full period between places with θ = θ' = 0 slides at no cost.
+            if kind == FULL_PERIOD:
+                nearest = np.abs(eigenvalues_of_segment).argmin(axis=1)
+                np.put_along_axis(eigenvalues_of_segment, nearest[:, None], 0.0, axis=1)
     elif _symmetric(state, ends):
         half = _part(whole, 0, (last + 1) // 2)
         middle = half.vertex[-1]

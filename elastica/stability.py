@@ -23,6 +23,7 @@ For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 
 import numpy as np
 
 from elastica.codes import Stability
+from elastica.ends import End
 
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
@@ -64,7 +65,9 @@ def index_of_lines(segments, flat_length, delta, p):
     """Index in the line regime, where φ = 0 at the ends of the contacts and the segments decouple.
 
     A segment of kind S has none, one of kind A at a pin has one; a flat stretch buckles off the wall
-    when p ℓ_f² > 4π², with the wall on one side, which adds one. `delta` bounds the error of ℓ_f.
+    when p ℓ_f² > 4π², with the wall on one side, which adds one. Of several lines the pooled length
+    counts: the family of states contains the one that has it all in one piece. `delta` bounds the error
+    of ℓ_f.
 
     Returns
     -------
@@ -78,15 +81,37 @@ def index_of_lines(segments, flat_length, delta, p):
     return turning + (beyond > 0), critical
 
 
-def verdict(index, critical, third_order=False):
-    """Stability code: the first that applies of unstable, unstable at third order, critical, stable.
+def sliding_segments(segments, ends):
+    """Segments of a line state that can slide along the strip at no cost to second order.
+
+    A full period of the pendulum between two places with θ = θ' = 0 has φ = θ' for an exact zero. Next
+    to a clamp the sliding lowers the energy at third order, −λ²u³/6: the clamp's side loses its support.
+    Between two lines it is neutral at every order: a family of states of equal energy.
+
+    Returns
+    -------
+    at_clamps, between_lines : int
+    """
+    at_clamps = sum(end is End.CLAMPED for end in ends)
+    between_lines = sum(count for segment, count in segments.items() if segment.start == -1)
+    return at_clamps, between_lines
+
+
+def verdict(index, critical, third_order=False, family=False):
+    """Stability code: the first that applies, in the order written here, otherwise stable.
 
     Returns
     -------
     ndarray of int8, shape (n,)
     """
+    third_order, family = (np.broadcast_to(flag, index.shape) for flag in (third_order, family))
     return np.select(
-        [index > 0, np.broadcast_to(third_order, index.shape), critical],
-        [Stability.UNSTABLE, Stability.UNSTABLE_THIRD_ORDER, Stability.CRITICAL],
+        [index > 0, third_order, critical, family],
+        [
+            Stability.UNSTABLE,
+            Stability.UNSTABLE_THIRD_ORDER,
+            Stability.CRITICAL,
+            Stability.NEUTRAL_FAMILY,
+        ],
         Stability.STABLE,
     ).astype(np.int8)

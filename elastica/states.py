@@ -20,7 +20,7 @@ GRAMMAR = re.compile(
     r"(?P<straight>0)|B(?P<mode>[1-9]\d{0,3})"
     r"|(?P<a>a?)(?P<word>[UD]+)(?P<b>a?)(?P<line>-?)(?::(?P<root>[1-9]\d?))?"
 )
-MOST_CONTACTS = 1
+MOST_CONTACTS, MOST_ENUMERATED = 50, 10
 
 
 class Segment(NamedTuple):
@@ -167,7 +167,7 @@ def states(ends="clamped-clamped", max_contacts=1):
     ----------
     ends : str or Ends
     max_contacts : int
-        From 0 to the largest number that can be solved.
+        From 0 to 10; longer words are given by name.
 
     Returns
     -------
@@ -180,11 +180,11 @@ def states(ends="clamped-clamped", max_contacts=1):
         If `max_contacts` is out of range.
     """
     ends = parse_ends(ends)
-    if type(max_contacts) is not int or not 0 <= max_contacts <= MOST_CONTACTS:
-        raise ValueError(f"max_contacts = {max_contacts!r}; use a whole number from 0 to {MOST_CONTACTS}")
+    if type(max_contacts) is not int or not 0 <= max_contacts <= MOST_ENUMERATED:
+        raise ValueError(f"max_contacts = {max_contacts!r}; use a whole number from 0 to {MOST_ENUMERATED}")
     names = ["0", *(f"B{mode}" for mode in range(1, max_contacts + 2))]
     for contacts in range(1, max_contacts + 1):
-        words = ("U" + "".join(rest) for rest in product("UD", repeat=contacts - 1))
+        words = ["U" + "".join(rest) for rest in product("UD", repeat=contacts - 1)]
         patterns = product(words, ("", "-"), ("", "a"), ("", "a"))
         names += [a + word + b + line for word, line, a, b in patterns]
     return [name for name in names if is_canonical(name, ends)]

@@ -20,6 +20,11 @@ CC, CP, PP = "clamped-clamped", "clamped-pinned", "pinned-pinned"
         ("Ua:2", CC, "Ua:2"),
         ("B12", CC, "B12"),
         ("0", PP, "0"),
+        ("UDD", CC, "UUD"),
+        ("UDD", CP, "UDD"),
+        ("DUa", CC, "UDa"),
+        ("aDU", CC, "UDa"),
+        ("UD-", CC, "UD-"),
     ],
 )
 def test_canonical_name(name, ends, canonical):
@@ -28,7 +33,28 @@ def test_canonical_name(name, ends, canonical):
 
 
 @pytest.mark.parametrize(
-    "name", ["", "X", "B0", "B", "Ub", "u", "0-", "B1-", "U--", "aa", "UD", "U:0", "-U", "U ", None, 3, "Ua-"]
+    "name",
+    [
+        "",
+        "X",
+        "B0",
+        "B",
+        "Ub",
+        "u",
+        "0-",
+        "B1-",
+        "U--",
+        "aa",
+        "UU-",
+        "UDUU-",
+        "U" * 51,
+        "U:0",
+        "-U",
+        "U ",
+        None,
+        3,
+        "Ua-",
+    ],
 )
 def test_names_without_meaning_are_refused(name):
     with pytest.raises(ValueError, match="state = "):
@@ -50,7 +76,10 @@ def test_enumeration():
     assert elastica.states(CP, 1) == ["0", "B1", "B2", "U", "Ua", "aU", "aUa", "U-", "Ua-"]
     assert elastica.states(PP, 1) == ["0", "B1", "B2", "U", "Ua", "aUa", "U-", "Ua-", "aUa-"]
     assert elastica.states(CC, 0) == ["0", "B1"]
-    for bad in (-1, 2, True, 1.0, "1"):
+    two = elastica.states(CC, 2)
+    assert two[:4] == ["0", "B1", "B2", "B3"]
+    assert two[8:] == ["UU", "UUa", "aUUa", "UD", "UDa", "aUDa", "UD-"]
+    for bad in (-1, 11, True, 1.0, "1"):
         with pytest.raises(ValueError, match="max_contacts"):
             elastica.states(CC, bad)
 
