@@ -1,7 +1,7 @@
 """The straight strip: its Euler loads, hence its index and eigenvalues.
 
 With δy = 0 at both ends the perturbation obeys −φ'' = νφ + const, ∫φ ds = 0; the eigenvalues of Q are
-ν − p with ν the Euler thrusts (theory section 5):
+ν − p with ν the Euler thrusts:
 
     clamped–clamped  √ν = nπ (n even) and 2r_k      pinned–pinned  √ν = nπ
     clamped–pinned   √ν = r_k                       with tan r_k = r_k, kπ < r_k < (k + ½)π

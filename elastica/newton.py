@@ -1,6 +1,6 @@
 """One Newton iteration for every state: κ and one λ for each distinct segment, at n points at once.
 
-A state with n_j segments of kind j and rise d_j obeys (theory section 3)
+A state with n_j segments of kind j and rise d_j obeys
 
     d_j(κ, λ_j) = rise_j        for each distinct segment j
     Σ n_j ℓ_j(κ, λ_j) = 1       (point regime; in the line regime κ = 0 and the rest lies flat)

@@ -101,7 +101,7 @@ class Pendulum(NamedTuple):
 
 
 def pendulum(p, kappa, lam, m1=None):
-    """Set up the pendulum of theory section 3 for thrust p, shared curvature κ ≥ 0 and force λ.
+    """Set up the pendulum for thrust p, shared curvature κ ≥ 0 and force λ.
 
     Parameters
     ----------
@@ -164,7 +164,7 @@ class Geometry(NamedTuple):
 
     @property
     def D(self):
-        """Change of length with κ at fixed rise, D = ℓ_κ − ℓ_λ d_κ/d_λ (theory section 4)."""
+        """Change of length with κ at fixed rise, D = ℓ_κ − ℓ_λ d_κ/d_λ."""
         return self.length_kappa - self.length_lam * self.rise_kappa / self.rise_lam
 
 

@@ -1,6 +1,6 @@
 """Exact index, nullity and verdict of an equilibrium whose contacts are free to move.
 
-The second variation with moving contacts (theory section 4)
+The second variation with moving contacts
 
     Q(φ) = ∫ φ'² − (p cos θ + λ sin θ) φ² ds + Σ_contacts (μ/κ) φ(s_c)²
 
