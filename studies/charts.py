@@ -33,7 +33,22 @@ COLOURS = {
     "U-": "#e69f00",
 }
 """Light and dark alternate, so that the sequence of regions survives in grey."""
-OTHERS = ("#009e73", "#cc79a7", "#f0e442", "#d55e00", "#999933", "#882255")
+OTHERS = (
+    "#009e73",
+    "#cc79a7",
+    "#f0e442",
+    "#d55e00",
+    "#999933",
+    "#882255",
+    "#88ccee",
+    "#332288",
+    "#ddcc77",
+    "#aa4499",
+    "#44aa99",
+    "#cc6677",
+    "#bbbbbb",
+    "#117733",
+)
 NAMES = {
     "buckles": "straight strip buckles",
     "touches": "wall is touched",

@@ -9,7 +9,6 @@ from math import ceil, prod
 
 import numpy as np
 
-from elastica.ends import parse_ends
 from elastica.states import is_canonical, parse_state
 from studies.evaluate import Block
 from studies.schema import coordinates, variables
@@ -17,6 +16,8 @@ from studies.study import Study
 
 SECONDS_PER_STATE = {"direct": 8e-6, "sweep": 120e-6}
 """One state at one grid point on one core of 2020–25: from a closed start, and by a sweep in κ."""
+SECONDS_PER_SWEEP = 0.08
+"""What a sweep costs each block, however few its points."""
 SECONDS_PER_EIGENVALUES = 250e-6
 SECONDS_PER_SAMPLE = 1e-6
 SECONDS_PER_BLOCK = 2.0
@@ -82,7 +83,8 @@ class Plan:
             points=len(grid.ends) * H * P,
             states=H * P * sum(is_canonical(name, ends) for name in names for ends in grid.ends),
             bytes=size,
-            seconds=H * P * sum(per_point.values()),
+            seconds=H * P * sum(per_point.values())
+            + SECONDS_PER_SWEEP * sum(_sweeps(names, block.ends) for block in blocks),
         )
 
     @property
@@ -111,17 +113,27 @@ class Plan:
 
 def _seconds_per_point(study, names, ends):
     """Expected work at a grid point with these ends."""
-    seconds = 0.0
-    for name in names:
-        if not is_canonical(name, ends):
-            continue
-        state = parse_state(name, parse_ends(ends))
-        sweep = any(state.kind_a) and not state.line
-        seconds += SECONDS_PER_STATE["sweep" if sweep else "direct"]
-        if study.outputs.eigenvalues and not state.straight:
-            seconds += SECONDS_PER_EIGENVALUES / 3
-        seconds += SECONDS_PER_SAMPLE * study.outputs.shapes
-    return seconds
+    known = [parse_state(name, ends) for name in names if is_canonical(name, ends)]
+    sweeps = _sweeps(names, ends)
+    bent = sum(not state.straight for state in known)
+    return (
+        SECONDS_PER_STATE["sweep"] * sweeps
+        + SECONDS_PER_STATE["direct"] * (len(known) - sweeps)
+        # About a third of the states asked for exist at a point.
+        + SECONDS_PER_EIGENVALUES / 3 * bool(study.outputs.eigenvalues) * bent
+        + SECONDS_PER_SAMPLE * study.outputs.shapes * len(known)
+    )
+
+
+def _sweeps(names, ends):
+    """Number of states with these ends that need a sweep in κ."""
+    return sum(
+        any(segment.kind.turning_points > 1 for segment in state.segments(ends))
+        for name in names
+        if is_canonical(name, ends)
+        for state in [parse_state(name, ends)]
+        if state.word and not state.line
+    )
 
 
 def readable_bytes(count):
