@@ -11,9 +11,9 @@ import numpy as np
 from elastica.codes import Status
 from elastica.elliptic import integrals, jacobi
 from elastica.equilibrium import pendulums_of
+from elastica.scales import FOUR_PI_SQUARED
 from elastica.segments import start_phase, swing_at
 
-FOUR_PI_SQUARED = 4 * np.pi**2
 WALL = {"U": 1, "D": -1}
 
 

@@ -15,11 +15,11 @@ from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import TINY_THRUST, find, pendulums_of, unresolved_load
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
+from elastica.scales import FOUR_PI_SQUARED
 from elastica.segments import bending_energy, geometry, shortening, steepest
 from elastica.stability import MARGIN, index_of_lines, index_of_points, sliding_segments, verdict
 from elastica.states import State, parse_state
 
-FOUR_PI_SQUARED = 4 * np.pi**2
 LARGEST_LOAD = 1e6
 TOUCHING = 1e-12
 """Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
@@ -247,8 +247,8 @@ def _bent(state, ends, P, H):
     delta_kappa, delta_length, delta_total, delta_energy = rounding_bounds(
         segments, pendulums, geometries, p, state.line
     )
-    delta_energy = delta_energy + SAFETY * ROUNDING * (bending + p * shorter)
     terms = bending + p * shorter
+    delta_energy = delta_energy + SAFETY * ROUNDING * terms
     relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
     error = np.max([delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST)), delta_length, relative], axis=0)
 

@@ -27,9 +27,9 @@ from elastica.elliptic import jacobi
 from elastica.ends import End
 from elastica.equilibrium import pendulums_of
 from elastica.euler import euler_root
+from elastica.scales import FOUR_PI_SQUARED
 from elastica.segments import Kind, start_phase, swing_at
 
-FOUR_PI_SQUARED = 4 * np.pi**2
 TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, 80.0: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
 real axis, so (without a margin) eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""

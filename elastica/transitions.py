@@ -13,7 +13,8 @@ from scipy.optimize.elementwise import find_root
 from elastica.ends import End, parse_ends
 from elastica.equilibrium import LINE_FOLD
 from elastica.euler import euler_root
-from elastica.solution import FOUR_PI_SQUARED, solve
+from elastica.scales import FOUR_PI_SQUARED
+from elastica.solution import solve
 
 WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
 """Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""

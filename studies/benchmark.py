@@ -15,8 +15,8 @@ from scipy.integrate import solve_bvp
 from threadpoolctl import threadpool_limits
 
 import elastica
+from elastica.scales import FOUR_PI_SQUARED
 
-FOUR_PI_SQUARED = 4 * np.pi**2
 HALF_GAP = 0.1
 REFERENCES = {1.5: 1.7563029560307609, 2.5: 1.1736614203684513, 3.5: 0.41759145111659715}
 """κ of the clamped one-point state at these loads, from 50-digit arithmetic."""
