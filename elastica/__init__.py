@@ -6,8 +6,9 @@
 [0, 0]
 """
 
+from elastica.catalogue import FoundStates, find_states
 from elastica.codes import Stability, Status
 from elastica.solution import Solution, solve
 from elastica.states import states
 
-__all__ = ["Solution", "Stability", "Status", "solve", "states"]
+__all__ = ["FoundStates", "Solution", "Stability", "Status", "find_states", "solve", "states"]

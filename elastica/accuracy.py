@@ -12,7 +12,7 @@ SAFETY = 4.0
 """Roundings that the longest chain of operations adds up, found by comparison with 50-digit solutions."""
 
 
-def rounding_bounds(segments, pendulums, geometries, p, line):
+def rounding_bounds(segments, arcs, geometries, p, line):
     """Bounds for κ, for each length, for their sum and for the energy's first variation.
 
     A length is rounded by ε times its terms and by what the rounding of κ and λ makes of it (much near
@@ -22,7 +22,7 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
     Parameters
     ----------
     segments : Mapping of Segment to int
-    pendulums, geometries : sequence of Pendulum, Geometry
+    arcs, geometries : sequence of Arc, Geometry
         One for each distinct segment, arrays of shape (n,).
     p : ndarray, shape (n,)
     line : bool
@@ -35,15 +35,15 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
     """
     slack, pivot, work = 0.0, 0.0, 0.0
     delta_lengths, Ds = [], []
-    for (segment, count), q, g in zip(segments.items(), pendulums, geometries, strict=True):
-        kind = segment.kind
-        G = kind.first * q.K + abs(kind.second * q.f)
+    for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
+        kind, q = piece.kind, piece.q
+        G = kind.first * q.K + abs(kind.second * q.f) + sum(np.abs(end.F) for end in piece.held)
         kappa, lam = q.kappa, np.abs(q.lam)
         delta_length = ROUNDING * (G / q.r + np.abs(lam * g.length_lam))
-        if segment.rise or kind.second:
+        if segment.rise or kind.second or kind.springs:
             # Otherwise m is known from K(m), not from κ.
             delta_length = delta_length + ROUNDING * np.abs(kappa * g.length_kappa)
-        tilt = abs(kind.second) * kappa * p / q.F**2
+        tilt = np.abs(piece.jump) * p / q.F**2
         delta_rise = ROUNDING * (
             tilt + lam * G / (q.F * q.r) + np.abs(kappa * g.rise_kappa) + np.abs(lam * g.rise_lam)
         )
@@ -53,7 +53,7 @@ def rounding_bounds(segments, pendulums, geometries, p, line):
         slack = slack + count * delta_length
         pivot = pivot + count * g.D
         work = work + count * lam * delta_rise
-    kappa = pendulums[0].kappa
+    kappa = arcs[0].q.kappa
     delta_kappa = np.zeros_like(p) if line else SAFETY * slack / np.abs(pivot)
     moved = [SAFETY * d + D * delta_kappa for d, D in zip(delta_lengths, Ds, strict=True)]
     delta_energy = SAFETY * (work + 0.5 * kappa**2 * slack)

@@ -5,10 +5,10 @@ Left out: collisions of the strip with itself (`max_slope` tells where to look).
 
 import numpy as np
 
-from elastica.segments import rise
+from elastica.segments import arc, rise
 
 
-def clearance(segments, pendulums, H):
+def clearance(arcs, segments, H):
     """H − max |y| over the interior extrema that are not contacts; H where there are none.
 
     Interior extrema are the crossings θ = 0 inside the segments: a segment of kind S has none, A and
@@ -16,10 +16,9 @@ def clearance(segments, pendulums, H):
 
     Parameters
     ----------
+    arcs : sequence of Arc
+        One for each distinct segment of the state, arrays of shape (n,).
     segments : sequence of Segment
-        Distinct segments of the state.
-    pendulums : sequence of Pendulum
-        One for each segment, arrays of shape (n,).
     H : ndarray, shape (n,)
 
     Returns
@@ -28,7 +27,7 @@ def clearance(segments, pendulums, H):
         Negative where a bump passes a wall.
     """
     highest = np.zeros_like(H)
-    for segment, q in zip(segments, pendulums, strict=True):
-        for part in segment.kind.crossings:
-            highest = np.maximum(highest, np.abs(segment.start * H + rise(part, q)))
+    for segment, piece in zip(segments, arcs, strict=True):
+        for part in piece.kind.crossings:
+            highest = np.maximum(highest, np.abs(segment.start * H + rise(arc(part, piece.q))))
     return H - highest

@@ -1,15 +1,48 @@
-"""End conditions: how each end of the strip is held, read from names such as "clamped-pinned"."""
+"""End conditions: how each end of the strip is held, from names such as "clamped-pinned" or "0.3/2.5"."""
 
+import math
 import re
-from enum import Enum
 from typing import NamedTuple
 
+from elastica.scales import FOUR_PI_SQUARED
 
-class End(Enum):
-    """One end of the strip: the angle is held (clamped) or free (pinned)."""
+DIGITS = 12
+"""Significant digits of a spring in names: labels of the same spring compare equal."""
+ALLOWED = (
+    'write "A-B" or "A/B" with each side clamped, pinned or a spring constant k >= 0, such as '
+    '"clamped-pinned", "0.3/2.5" or "clamped/2.5"'
+)
 
-    CLAMPED = "clamped"
-    PINNED = "pinned"
+
+class End(NamedTuple):
+    """One end of the strip, held by a spiral spring: k = 0 is pinned, k = inf is clamped.
+
+    The constant is dimensionless, k = k* L/(4π²EI).
+    """
+
+    k: float
+
+    @property
+    def clamped(self):
+        """Whether the angle is held."""
+        return math.isinf(self.k)
+
+    @property
+    def pinned(self):
+        """Whether the angle is free."""
+        return self.k == 0
+
+    @property
+    def stiffness(self):
+        """Spring constant c = 4π²k with EI = L = 1."""
+        return FOUR_PI_SQUARED * self.k
+
+    def __str__(self):
+        """Write the end as `parse_ends` reads it."""
+        return "clamped" if self.clamped else "pinned" if self.pinned else f"{self.k:.{DIGITS}g}"
+
+
+CLAMPED, PINNED = End(math.inf), End(0.0)
 
 
 class Ends(NamedTuple):
@@ -21,14 +54,12 @@ class Ends(NamedTuple):
     @property
     def alike(self):
         """Whether the strip looks the same from both ends."""
-        return self.A is self.B
+        return self.A == self.B
 
     def __str__(self):
-        """Write `A-B`, the form that `parse_ends` reads."""
-        return f"{self.A.value}-{self.B.value}"
-
-
-ALLOWED = tuple(str(Ends(a, b)) for a in End for b in End)
+        """Write `A-B`, or `A/B` where there is a spring: the forms that `parse_ends` reads."""
+        springs = any(not (end.clamped or end.pinned) for end in self)
+        return f"{self.A}{'/' if springs else '-'}{self.B}"
 
 
 def parse_ends(text):
@@ -45,13 +76,25 @@ def parse_ends(text):
     Raises
     ------
     ValueError
-        If the text names no known end condition; the message lists those there are.
+        If the text names no end condition; the message says what is allowed.
     """
     if isinstance(text, Ends):
         return text
-    parts = re.split(r"[-/]", text.strip()) if isinstance(text, str) else []
+    cuts = re.finditer("/" if "/" in text else "-", text) if isinstance(text, str) else ()
+    for cut in cuts:
+        a, b = (_parse_end(part.strip()) for part in (text[: cut.start()], text[cut.end() :]))
+        if a is not None and b is not None:
+            return Ends(a, b)
+    raise ValueError(f"ends = {text!r} is not known; {ALLOWED}")
+
+
+def _parse_end(text):
+    """The end that a word or a number stands for, None where there is none."""
+    named = {"clamped": CLAMPED, "pinned": PINNED}.get(text)
+    if named is not None:
+        return named
     try:
-        a, b = (End(part.strip()) for part in parts)
+        k = float(f"{float(text):.{DIGITS}g}")
     except ValueError:
-        raise ValueError(f"ends = {text!r} is not known; use one of {', '.join(ALLOWED)}") from None
-    return Ends(a, b)
+        return None
+    return End(k) if k >= 0 else None

@@ -1,32 +1,29 @@
 """Which equilibria a state has: where Newton starts for each family of states, and what it means.
 
 The closed small-deflection forms serve where the root is unique (alternating words, line regime, free
-buckling); a sweep in κ finds every root of the other words. What is too steep for a start from small
+buckling); a sweep in κ finds every other root of a word. What is too steep for a start from small
 deflections is reached by moving the walls from there, or from the free shape that just touches them, so
 that it lies on the same branch.
 
 Left out: names (`states`), admissibility, stability.
 """
 
-from functools import cache
-from itertools import pairwise
+from collections import Counter
+from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
 
+from elastica.branch import free_branch
 from elastica.elliptic import complementary_parameter
 from elastica.euler import euler_root
-from elastica.newton import ROUNDING, Bracket, Roots, arrow_system, newton, regular, steepest_angle
-from elastica.segments import geometry, length, pendulum
-from elastica.states import Segment
-from elastica.sweep import sweep
+from elastica.newton import ROUNDING, Bracket, Roots, newton, regular, steepest_angle
+from elastica.patterns import Group, groups, most_periods
+from elastica.segments import arc, length, pendulum
+from elastica.sweep import Table, every_root, line_force
 
 RIGHT_ANGLE = np.pi / 2
 TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""
-LINE_FOLD = 0.528160307318
-"""H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
-beyond it there are none. A segment from a pin ends at half of it."""
 NARROW_GAP = 0.02
 """Half gap that is small for every strip: there the small-deflection start converges."""
 MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
@@ -34,53 +31,202 @@ LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
 ENDS_MEET_K = 2.3210497325
 """K(m) where K = 2E: the ends of the free shape meet."""
-FOLD_SCAN = np.arange(0.05, 2.0, 0.05)
+CHUNK = 2000
+"""Points of one table, so that it stays small."""
+
+
+class Equilibria(NamedTuple):
+    """Equilibria of one word at many points, one column each.
+
+    Attributes
+    ----------
+    point : ndarray of int, shape (m,)
+        Position in the arrays of p and H, ascending.
+    number : ndarray of int, shape (m,)
+        1 for the first root at that point, then 2 and so on.
+    kappa : ndarray, shape (m,)
+    lam : ndarray, shape (segments, m)
+        From end A to end B.
+    periods : ndarray of int, shape (segments, m)
+        Further full periods of each segment.
+    """
+
+    point: np.ndarray
+    number: np.ndarray
+    kappa: np.ndarray
+    lam: np.ndarray
+    periods: np.ndarray
+
+    def at(self, where):
+        """Some of the equilibria."""
+        return Equilibria(*(field[..., where] for field in self))
 
 
 def find(state, ends, p, H):
-    """Unknowns of `state` at n points.
+    """One root of a state at n points.
 
     Parameters
     ----------
     state : State
+        Not the straight strip.
     ends : Ends
     p, H : ndarray, shape (n,)
         Thrust p = 4π²P ≥ 0 and half gap H > 0; finite.
 
     Returns
     -------
-    Roots
-        `found` is False where the state has no equilibrium with |θ| < 90°, nor a steeper one on the
-        branch that grows from small deflections or from a free shape that touches the wall.
+    Equilibria
+        With at most one column a point: none where the state has no equilibrium with |θ| < 90°, nor a
+        steeper one on the branch that grows from small deflections or from a free shape that touches
+        the wall.
     """
-    segments = state.distinct_segments(ends)
-    if state.mode:
-        return _free(segments, p, float(euler_root(state.mode, ends)))
-    alternating = all(segment.kind.turning_points == 1 for segment in segments)
-    if (state.line or alternating) and state.root > 1:
-        return Roots.none(segments, p.size)
-    line = _line(segments, p, H)
+    if state.mode or (state.root == 1 and not state.line and _alternates(state, ends)):
+        first = _first(state, ends, p, H)
+        missing = np.setdiff1d(np.arange(p.size), first.point) if not state.mode else np.arange(0)
+        if not missing.size:
+            return first
+        others = _numbered([_others(state, ends, p[missing], H[missing])])
+        others = others._replace(point=missing[others.point])
+        return _sorted([first, others.at(others.number == 1)])
+    found = every(state, ends, p, H)
+    return found.at(found.number == state.root)
+
+
+def every(state, ends, p, H, table=None):
+    """Every root of a word below 90°, by increasing κ; the first of an alternating word even if steeper.
+
+    Of patterns of further periods with the same κ, and in the line regime, those with fewer periods
+    come first, then those that have them nearer to end A.
+
+    Parameters
+    ----------
+    state : State
+        A contact word; its own root number is not looked at.
+    ends : Ends
+    p, H : ndarray, shape (n,)
+    table : Table, optional
+        Of the same points, shared between words.
+
+    Returns
+    -------
+    Equilibria
+    """
     if state.line:
-        return line
-    if alternating:
-        return _alternating(segments, p, H, line)
-    roots = sweep(segments, p, H, line, state.root)
-    roots.found[:] &= ~(steepest_angle(segments, p, roots) >= RIGHT_ANGLE)
-    return roots
+        return _lines(state, ends, p, H)
+    first = [_first(state, ends, p, H)] if _alternates(state, ends) else []
+    return _numbered([*first, _others(state, ends, p, H, table)])
+
+
+def _alternates(state, ends):
+    """Whether all segments are of kind S: their length falls with κ, so there is one root at most."""
+    return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
+
+
+def _first(state, ends, p, H):
+    """The root of a state that has one at most, without further periods."""
+    plain = state.segments(ends)
+    (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
+    roots = _free(state, ends, p) if state.mode else _alternating(group.segments, p, H)
+    found = np.flatnonzero(roots.found)
+    return _spread(plain, group, found, roots.at(found), number=1)
+
+
+def _others(state, ends, p, H, table=None):
+    """Roots that a sweep finds: those with further periods, and of words that do not alternate all."""
+    found = []
+    alternates = _alternates(state, ends)
+    pressed = np.flatnonzero(p > 0)
+    if table is None:
+        # By load, so that few of them share a chunk with loads that have room for more periods.
+        pressed = pressed[np.argsort(p[pressed], kind="stable")]
+    for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
+        shared = table or Table(p[points], H[points])
+        for periods in range(int(alternates), most_periods(state, ends, p[points]) + 1):
+            for group in groups(state, ends, periods):
+                place, roots = every_root(group.segments, shared)
+                found.append(_spread(state.segments(ends), group, points[place], roots))
+    return _sorted(found) if found else _none(len(state.word) + 1)
+
+
+def _lines(state, ends, p, H):
+    """Line regime: every segment has its rise at κ = 0; with further periods only where they fit."""
+    found = []
+    forces = {}
+    for periods in range(most_periods(state, ends, p) + 1):
+        for group in groups(state, ends, periods):
+            for segment in group.segments:
+                if segment not in forces:
+                    forces[segment] = line_force(segment, p, H)
+            lam = np.stack([forces[segment] for segment in group.segments])
+            roots = Roots(np.isfinite(lam).all(axis=0), np.zeros_like(p), lam)
+            if periods:
+                roots.found[:] &= _total_length(group.segments, p, roots) <= 1
+            there = np.flatnonzero(roots.found)
+            found.append(_spread(state.segments(ends), group, there, roots.at(there)))
+    return _numbered(found)
+
+
+def _spread(plain, group, points, roots, number=2):
+    """Roots of a group as equilibria of each of its patterns, with λ from end A to end B."""
+    distinct = list(group.segments)
+    columns = []
+    for pattern in group.patterns:
+        order = [
+            distinct.index(segment._replace(kind=segment.kind.further(further)))
+            for segment, further in zip(plain, pattern, strict=True)
+        ]
+        periods = np.repeat(np.array(pattern)[:, None], points.size, axis=1)
+        columns.append(
+            Equilibria(points, np.full_like(points, number), roots.kappa, roots.lam[order], periods)
+        )
+    return _joined(columns)
+
+
+def _joined(parts):
+    return Equilibria(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
+
+
+def _sorted(parts):
+    """Equilibria in order of their points, otherwise as they come."""
+    joined = _joined(parts)
+    return joined.at(np.argsort(joined.point, kind="stable"))
+
+
+def _numbered(parts):
+    """Equilibria numbered at each point by increasing κ, after those that have the number 1 already."""
+    joined = _joined(parts)
+    few = joined.periods.sum(axis=0)
+    joined = joined.at(np.lexsort((*-joined.periods[::-1], few, joined.kappa, joined.number, joined.point)))
+    begins = np.searchsorted(joined.point, joined.point, side="left")
+    return joined._replace(number=np.arange(joined.point.size) - begins + 1)
+
+
+def _none(segments):
+    nothing = np.zeros(0, int)
+    return Equilibria(nothing, nothing, np.zeros(0), np.zeros((segments, 0)), np.zeros((segments, 0), int))
 
 
 def unresolved_load(state, ends):
-    """Thrust p above which a state exists but lies too near the pendulum's separatrix for numbers."""
-    periodic = _periodic_kind(state, ends)
-    return (periodic.first * LARGEST_K) ** 2 if periodic else np.inf
+    """Thrust p above which a state may exist but is not followed.
+
+    Free shapes with λ = 0 come too near the pendulum's separatrix for numbers, those of strips on springs
+    are followed only up to the loop where κ/√p = 1.98.
+    """
+    if not state.mode:
+        return np.inf
+    ((kind, *_),) = state.segments(ends)
+    if _periodic(kind):
+        return (kind.first * LARGEST_K) ** 2
+    p = free_branch(kind, float(euler_root(state.mode, ends)))[1]
+    return np.inf if p[-1] < p.max() else p[-1]
 
 
-def pendulums_of(state, ends, p, kappa, lam):
+def pendulums_of(segments, p, kappa, lam):
     """The pendulums of a state's segments.
 
     Parameters
     ----------
-    state, ends : State, Ends
+    segments : sequence of Segment
     p, kappa : ndarray, shape (n,)
     lam : sequence of ndarray, shape (n,)
 
@@ -89,92 +235,55 @@ def pendulums_of(state, ends, p, kappa, lam):
     list of Pendulum
         Of free shapes with λ = 0, whose K(m) is known, with all digits of 1 − m.
     """
-    periodic = _periodic_kind(state, ends)
-    m1 = complementary_parameter(np.maximum(np.sqrt(p) / periodic.first, np.pi / 2)) if periodic else None
+    m1 = None
+    free = len(segments) == 1 and segments[0].start == segments[0].end == 0
+    if free and _periodic(segments[0].kind):
+        m1 = complementary_parameter(np.maximum(np.sqrt(p) / segments[0].kind.first, np.pi / 2))
     return [pendulum(p, kappa, values, m1) for values in lam]
 
 
-def _periodic_kind(state, ends):
-    """The kind of a free shape with λ = 0: it exists at every load above its Euler load, K(m) ∝ √p."""
-    if state.mode:
-        ((kind, *_),) = state.segments(ends)
-        return None if kind.second else kind
-    return None
+def _periodic(kind):
+    """Whether a free shape of this kind has λ = 0: it exists above its Euler load, K(m) ∝ √p."""
+    return not kind.second and not kind.springs
 
 
-def _line(segments, p, H):
-    """Line regime: every segment has its rise at κ = 0, from the small-deflection λ = p·rise/ℓ.
-
-    The rise is a concave function of λ up to the fold of the line states, so Newton climbs to the
-    root without passing it.
-    """
-    roots = Roots.none(segments, p.size)
-    turns = np.array([(kind.first + kind.second) * np.pi / 2 for kind, *_ in segments])
-    rises = np.array([segment.rise for segment in segments])
-    scaled = np.max(rises / turns) * H * np.sqrt(p)
-    below = np.flatnonzero(scaled <= LINE_FOLD * (1 + 1e-9))
-    p, H = p[below], H[below]
-    lam = p * np.sqrt(p) * H * (rises / turns)[:, None]
-    line = newton(segments, p, H, np.zeros_like(p), lam, fixed_kappa=True)
-    for j, (kind, *_) in enumerate(segments):
-        line.found[:] &= geometry(kind, pendulum(p, line.kappa, line.lam[j])).rise_lam > 0
-    roots.put(below, line)
-    return roots
-
-
-def _free(segments, p, onset):
-    """Buckling without contact, from its Euler load √p = `onset` on, up to a fold if there is one.
+def _free(state, ends, p):
+    """Buckling without contact, from its Euler load on, up to a fold if there is one.
 
     Modes whose two ends carry the same reaction (λ = 0) exist at every higher load, with K(m) = √p/n_K.
-    The others, κ/√p being a function of p alone, exist up to the fold of that function; they start from
-    their initial post-buckling, P/P_n − 1 ≈ 0.11 κ²/p.
+    The others are interpolated from their branch, which does not depend on the gap, and refined.
     """
-    ((kind, *_),) = segments
+    ((kind, *_),) = segments = state.segments(ends)
+    onset = float(euler_root(state.mode, ends))
+    segments = {segments[0]: 1}
     roots = Roots.none(segments, p.size)
-    if not kind.second:
+    if _periodic(kind):
         buckled = np.flatnonzero(np.sqrt(p) > onset)
         m1 = complementary_parameter(np.sqrt(p[buckled]) / kind.first)
         kappa = 2 * np.sqrt(p[buckled] * (1 - m1))
         roots.put(buckled, Roots(np.ones(buckled.size, bool), kappa, np.zeros((1, buckled.size))))
         return roots
-    slope = np.tan((onset - kind.first * np.pi / 2) / kind.second)
-    kappa_fold, root_p_fold = _fold_of_free(kind, slope)
-    buckled = np.flatnonzero((np.sqrt(p) > onset) & (np.sqrt(p) <= root_p_fold))
+    k, load, ratio = free_branch(kind, onset)
+    last = load.argmax()
+    buckled = np.flatnonzero((np.sqrt(p) > onset) & (p <= load[last]))
     p = p[buckled]
-    high = kappa_fold * np.sqrt(p)
-    kappa = np.minimum(np.sqrt((p / onset**2 - 1) / 0.11 * p), 0.9 * high)
-    lam = (np.sqrt(p) * kappa * slope)[None]
-    bracket = Bracket(np.zeros_like(p), high, np.full(p.size, -1.0))
+    # Near its Euler load a branch is a parabola, p − p_n ∝ k².
+    start = np.sqrt(np.interp(p, load[: last + 1], k[: last + 1] ** 2))
+    kappa = np.clip(start, 1e-12, k[last] * (1 - 1e-3)) * np.sqrt(p)
+    lam = (np.interp(start, k, ratio) * kappa * np.sqrt(p))[None]
+    bracket = Bracket(np.zeros_like(p), k[last] * np.sqrt(p), np.full(p.size, -1.0))
     roots.put(buckled, newton(segments, p, np.zeros_like(p), kappa, lam, bracket))
     return roots
 
 
-@cache
-def _fold_of_free(kind, slope):
-    """κ/√p and √p at the fold of a free mode with λ ≠ 0, where its length at p = 1 is largest."""
-    segments = {Segment(kind, 0, 0): 1}
-    one, zero = np.ones(1), np.zeros(1)
-
-    def settle(kappa, lam):
-        found = newton(segments, one, zero, np.array([kappa]), lam, fixed_kappa=True)
-        return found.lam, arrow_system(segments, one, zero, found.kappa, found.lam)
-
-    lam, arrow = settle(FOLD_SCAN[0], np.array([[FOLD_SCAN[0] * slope]]))
-    for before, kappa in pairwise(FOLD_SCAN):
-        ahead, after = settle(kappa, lam + arrow.along * (kappa - before))
-        if after.pivot[0] < 0:
-            break
-        lam, arrow = ahead, after
-    fold = brentq(lambda kappa: float(settle(kappa, lam)[1].pivot[0]), before, kappa, xtol=1e-14)
-    return fold, 1 + float(settle(fold, lam)[1].excess[0])
-
-
-def _alternating(segments, p, H, line):
+def _alternating(segments, p, H):
     """Words whose segments are all of kind S: the length falls with κ, so there is one root at most.
 
     It exists where the segments are longer than the strip at κ = 0.
     """
     roots = Roots.none(segments, p.size)
+    line = np.stack([line_force(segment, p, H) for segment in segments])
+    line = Roots(np.isfinite(line).all(axis=0), np.zeros_like(p), line)
     slack = _total_length(segments, p, line) - 1
     flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
     roots.put(flattened, line.at(flattened))
@@ -190,7 +299,7 @@ def _alternating(segments, p, H, line):
     near.found[:] &= regular(segments, p, near, -1)
     found.put(steep, _move_walls(segments, near, p, (narrow, H)))
     wide = np.flatnonzero(~found.found[steep])
-    if len(segments) == 1 and wide.size:
+    if len(segments) == 1 and not any(segment.kind.springs for segment in segments) and wide.size:
         free, height = _just_touching(segments, p[wide])
         found.put(steep[wide], _move_walls(segments, free, p[wide], (height, H[wide])))
     roots.put(sought, found)
@@ -200,18 +309,26 @@ def _alternating(segments, p, H, line):
 def _small_deflection(segments, p, H):
     """κ and λ of the linear strip θ'' + pθ = λ when all segments share one phase φ₀.
 
-    With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀).
+    With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀). A spring end is taken
+    between the clamp and the pin, c : √p.
     """
     p = np.maximum(p, TINY_THRUST)
     root_p = np.sqrt(p)
-    first = sum(count * kind.first for (kind, *_), count in segments.items())
-    second = sum(count * kind.second for (kind, *_), count in segments.items())
+    phases = []
+    for kind, *_ in segments:
+        firm = sum(c / (c + root_p) - 1 for c, _ in kind.springs)
+        # A clamp adds K + f to a pin's.
+        phases.append((kind.first + firm, kind.second + sum(s for _, s in kind.springs) + firm))
+    counts = list(segments.values())
+    first, second = (
+        sum(count * phase[i] for count, phase in zip(counts, phases, strict=True)) for i in (0, 1)
+    )
     phi = (root_p - first * np.pi / 2) / second
     phi = np.minimum(phi, np.pi / 2 - 1e-3)
     tan = np.tan(phi)
     kappas = [
-        p * (end - start) * H / (kind.second + (kind.first * np.pi / 2 + kind.second * phi) * tan)
-        for kind, start, end in segments
+        p * segment.rise * H / (second + (first * np.pi / 2 + second * phi) * tan)
+        for segment, (first, second) in zip(segments, phases, strict=True)
     ]
     kappa = np.mean(kappas, axis=0)
     return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
@@ -258,6 +375,6 @@ def _move_walls(segments, roots, p, H):
 
 def _total_length(segments, p, roots):
     return sum(
-        count * length(kind, pendulum(p, roots.kappa, lam))
+        count * length(arc(kind, pendulum(p, roots.kappa, lam)))
         for ((kind, *_), count), lam in zip(segments.items(), roots.lam, strict=True)
     )

@@ -5,11 +5,18 @@ With δy = 0 at both ends the perturbation obeys −φ'' = νφ + const, ∫φ d
 
     clamped–clamped  √ν = nπ (n even) and 2r_k      pinned–pinned  √ν = nπ
     clamped–pinned   √ν = r_k                       with tan r_k = r_k, kπ < r_k < (k + ½)π
+
+With springs φ = a cos qs + b sin qs + const, q = √ν, and the conditions φ'(0) = c_A φ(0),
+φ'(1) = −c_B φ(1), ∫φ ds = 0 have a determinant whose n-th zero lies between those of the pinned and the
+clamped strip.
 """
 
-import numpy as np
+from functools import cache
 
-from elastica.ends import End
+import numpy as np
+from scipy.optimize.elementwise import find_root
+
+from elastica.ends import CLAMPED, PINNED, Ends
 
 
 def tangent_root(k):
@@ -27,12 +34,44 @@ def tangent_root(k):
 def euler_root(mode, ends):
     """Square root √ν of the Euler thrust of buckling mode n = 1, 2, … (EI = L = 1)."""
     n = np.asarray(mode)
-    pins = sum(end is End.PINNED for end in ends)
-    if pins == 2:
+    if all(end.pinned for end in ends):
         return n * np.pi
-    if pins == 1:
+    if all(end.clamped for end in ends):
+        return np.where(n % 2, (n + 1) * np.pi, 2 * tangent_root(np.maximum(n // 2, 1)))
+    if all(end.clamped or end.pinned for end in ends):
         return tangent_root(n)
-    return np.where(n % 2, (n + 1) * np.pi, 2 * tangent_root(np.maximum(n // 2, 1)))
+    # In steps, so that a table once computed serves again.
+    known = _spring_roots(ends, 1 << int(np.max(n, initial=1)).bit_length())
+    return known[n - 1]
+
+
+@cache
+def _spring_roots(ends, count):
+    """The first `count` roots where an end is held by a spring."""
+    n = np.arange(1, count + 1)
+    low = euler_root(n, Ends(PINNED, PINNED))
+    high = euler_root(n, Ends(CLAMPED, CLAMPED))
+    determinant = lambda q: _determinant(q, *ends)  # noqa: E731
+    # A very soft or stiff spring moves the root by less than rounding: then it is the end of its interval.
+    at_low, at_high = determinant(low), determinant(high)
+    inside = at_low * at_high < 0
+    found = find_root(determinant, (low[inside], high[inside]))
+    roots = np.where(np.abs(at_low) < np.abs(at_high), low, high)
+    roots[inside] = found.x
+    return roots
+
+
+def _determinant(q, end_a, end_b):
+    """Determinant of the end conditions, each divided by c + q so that no spring is too stiff."""
+    (hold_a, turn_a), (hold_b, turn_b) = (
+        (1.0, 0.0) if end.clamped else (end.stiffness / (end.stiffness + q), q / (end.stiffness + q))
+        for end in (end_a, end_b)
+    )
+    sin, cos = np.sin(q), np.cos(q)
+    mean_cos, mean_sin = sin / q, (1 - cos) / q
+    at_a = -hold_a * (1 - mean_cos), turn_a + hold_a * mean_sin
+    at_b = -turn_b * sin + hold_b * (cos - mean_cos), turn_b * cos + hold_b * (sin - mean_sin)
+    return at_a[0] * at_b[1] - at_a[1] * at_b[0]
 
 
 def euler_modes_below(p, ends):

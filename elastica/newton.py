@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.segments import geometry, pendulum, steepest
+from elastica.segments import arc, geometry, pendulum, steepest
 
 MOST_STEPS = 60
 ROUNDING = np.finfo(float).eps
@@ -113,7 +113,7 @@ def arrow_system(segments, p, H, kappa, lam):
     along, across = np.empty_like(lam), np.empty_like(lam)
     excess, pivot = -1.0, 0.0
     for j, (segment, count) in enumerate(segments.items()):
-        g = geometry(segment.kind, pendulum(p, kappa, lam[j]))
+        g = geometry(arc(segment.kind, pendulum(p, kappa, lam[j])))
         along[j] = -g.rise_kappa / g.rise_lam
         across[j] = (segment.rise * H - g.rise) / g.rise_lam
         excess = excess + count * (g.length + g.length_lam * across[j])
@@ -149,7 +149,7 @@ def regular(segments, p, roots, sign):
     """
     determinant, pivot = sign, 0.0
     for j, (segment, count) in enumerate(segments.items()):
-        g = geometry(segment.kind, pendulum(p, roots.kappa, roots.lam[j]))
+        g = geometry(arc(segment.kind, pendulum(p, roots.kappa, roots.lam[j])))
         determinant = determinant * np.sign(g.rise_lam)
         pivot = pivot + count * g.D
     return determinant * pivot > 0

@@ -15,6 +15,14 @@ places that matter are
 
 so a segment is named by the k of its two ends (`Kind`) and everything else follows from that pair.
 Segments are written in their rising convention and end at k = 1 wherever they end on a wall.
+
+An end held by a spring c lies between a crossing and the turning point next to it, inside the segment: at
+φ = πk + η from a start, πk − η from an end, where (σ = ±1 for a start at even or odd k, or an end at odd
+or even k)
+
+    2√(Fm) cos η = c [σα + 2 asin(√m sin η)],      −σφ₀ ≤ η ≤ π/2.
+
+The left side falls short of the right one at η = π/2 and exceeds it at −σφ₀, so there is a root.
 """
 
 from fractions import Fraction
@@ -26,17 +34,23 @@ from elastica.elliptic import integrals
 
 HALF = Fraction(1, 2)
 TINY = np.finfo(float).tiny
+HOLDING_STEPS = 60
+HOLDING_CONVERGED = 1e-8
+"""A Newton step below this leaves an error of its square."""
 
 
 class Kind(NamedTuple):
-    """Ends of a segment as positions k along the pendulum's phase.
+    """Ends of a segment as positions k along the pendulum's phase, and the springs that hold them.
 
     `Kind(0, 1)` is S between clamps or walls, `Kind(-1, 1)` is A, `Kind(1/2, 1)` and `Kind(-1/2, 1)`
-    are S and A from a pin.
+    are S and A from a pin, `Kind(0, 1, c)` and `Kind(-1, 1, c)` from a spring. The springs are those of
+    strip ends in units of EI/L; infinite at a contact or clamp (integer k) and at a pin (half-integer).
     """
 
     start: Fraction | int
     end: Fraction | int
+    start_spring: float = np.inf
+    end_spring: float = np.inf
 
     @property
     def first(self):
@@ -45,8 +59,15 @@ class Kind(NamedTuple):
 
     @property
     def second(self):
-        """Multiple of F(φ₀|m) and E(φ₀|m) in ΔF and ΔE; also (κ_start − κ_end)/κ."""
-        return _sign(self.end) - _sign(self.start)
+        """Multiple of F(φ₀|m) and E(φ₀|m) in ΔF and ΔE; also (κ_start − κ_end)/κ, springs apart."""
+        end = _sign(self.end) if np.isinf(self.end_spring) else 0
+        return end - (_sign(self.start) if np.isinf(self.start_spring) else 0)
+
+    @property
+    def springs(self):
+        """Springs c of the held ends, each with its sign σ."""
+        start = [(self.start_spring, -_sign(self.start))] if np.isfinite(self.start_spring) else []
+        return start + ([(self.end_spring, _sign(self.end))] if np.isfinite(self.end_spring) else [])
 
     @property
     def turning_points(self):
@@ -58,7 +79,11 @@ class Kind(NamedTuple):
     def crossings(self):
         """Parts of the segment from its start to each interior point with θ = 0, as kinds."""
         inner = range(int(self.start // 1) + 1, int(-(-self.end // 1)))
-        return tuple(Kind(self.start, k) for k in inner)
+        return tuple(Kind(self.start, k, self.start_spring) for k in inner)
+
+    def further(self, periods):
+        """The same kind with this many further full periods at its start."""
+        return self._replace(start=self.start - 2 * periods)
 
 
 def _sign(k):
@@ -71,8 +96,7 @@ def _sign(k):
 class Pendulum(NamedTuple):
     """The pendulum that passes θ = 0 with curvature ±κ under p and λ, and its partial derivatives.
 
-    All fields are arrays of one shape. `K, DK, f, Df` are the integrals of `elliptic.integrals` at φ₀;
-    a suffix `_kappa` or `_lam` marks a derivative.
+    All fields are arrays of one shape. `K, DK, f, Df` are the integrals of `elliptic.integrals` at φ₀.
     """
 
     p: np.ndarray
@@ -129,8 +153,81 @@ def pendulum(p, kappa, lam, m1=None):
     return Pendulum(p, kappa, lam, F, r, m, m1, sin_half, cos_half, K, DK, f, Df)
 
 
+class HeldEnd(NamedTuple):
+    """An end held by a spring: c, σ, sin η, cos η, Δ = √(1 − m sin²η), F(η|m), D(η|m), its angle σθ."""
+
+    c: float
+    sigma: int
+    sin: np.ndarray
+    cos: np.ndarray
+    delta: np.ndarray
+    F: np.ndarray
+    D: np.ndarray
+    angle: np.ndarray
+
+
+def _held_end(c, sigma, q):
+    """Where on the pendulum `q` the spring holds the strip: Newton for η, kept in its bracket."""
+    root_m, alpha = np.sqrt(q.m), sigma * q.alpha
+    low = -sigma * np.arctan2(2 * q.r * q.sin_half_alpha, q.kappa)
+    high = np.full_like(low, np.pi / 2)
+    stiff = c / (c + q.r)
+    # A strip without load from the walls has a held end at cot η = c/√F.
+    eta = np.clip(np.arctan2(q.r, c) - stiff * np.maximum(sigma * q.sin_half_alpha, 0), low, high)
+    scale = 1 / max(1.0, c)
+    live = np.ones(eta.shape, bool)
+    for _ in range(HOLDING_STEPS):
+        sin, cos = np.sin(eta), np.cos(eta)
+        delta = np.sqrt(cos * cos + q.m1 * sin * sin)
+        excess = scale * (2 * q.r * root_m * cos - c * (alpha + 2 * np.arctan2(root_m * sin, delta)))
+        slope = -2 * scale * root_m * (q.r * sin + c * cos / delta)
+        low, high = np.where(excess > 0, eta, low), np.where(excess > 0, high, eta)
+        step = -excess / slope
+        outside = ~((eta + step > low) & (eta + step < high)) & (excess != 0)
+        ahead = np.where(outside, 0.5 * (low + high), eta + step)
+        eta = np.where(live, ahead, eta)
+        live = live & (outside & (high - low > 1e-15) | (np.abs(step) > HOLDING_CONVERGED))
+        if not live.any():
+            break
+    sin, cos = np.sin(eta), np.cos(eta)
+    delta = np.sqrt(cos * cos + q.m1 * sin * sin)
+    _, _, F, D = integrals(q.m1, sin, cos)
+    return HeldEnd(c, sigma, sin, cos, delta, F, D, alpha + 2 * np.arctan2(root_m * sin, delta))
+
+
+class Arc(NamedTuple):
+    """A segment of `kind` on the pendulum `q`: ΔF, ΔD = Δ(F − E)/m and κ_start − κ_end, arrays."""
+
+    kind: Kind
+    q: Pendulum
+    F: np.ndarray
+    D: np.ndarray
+    jump: np.ndarray
+    held: list
+
+    @property
+    def W(self):
+        """Change of 2E − F along the segment."""
+        return self.F - 2 * self.q.m * self.D
+
+
+def arc(kind, q):
+    """The piece of the pendulum `q` that a segment of `kind` covers."""
+    first, second = kind.first, kind.second
+    F, D, jump = first * q.K, first * q.DK, second * q.kappa
+    if second:
+        F, D = F + second * q.f, D + second * q.Df
+    held = [_held_end(c, sigma, q) for c, sigma in kind.springs]
+    for end in held:
+        F, D = F - end.F, D - end.D
+        jump = jump + 2 * end.sigma * q.r * np.sqrt(q.m) * end.cos
+    return Arc(kind, q, F, D, jump, held)
+
+
 def start_phase(kind, q):
     """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
+    if np.isfinite(kind.start_spring):
+        return 2 * float(kind.start) * q.K + _held_end(*kind.springs[0], q).F
     return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
 
 
@@ -140,20 +237,23 @@ def swing_at(q, sn, cn):
     return 2 * np.arctan2(np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn))
 
 
-def length(kind, q):
-    """Length ℓ = ΔF/√F of a segment of `kind` on the pendulum `q`."""
-    return (kind.first * q.K + kind.second * q.f) / q.r
+def length(segment):
+    """Length ℓ = ΔF/√F of an arc."""
+    return segment.F / segment.q.r
 
 
-def rise(kind, q):
+def rise(segment):
     """Height gained, d = Δκ cos α/F + sin α (2ΔE/√F − ℓ), written without cancellation."""
-    first, second = kind.first, kind.second
-    W = first * (q.K - 2 * q.m * q.DK) + second * (q.f - 2 * q.m * q.Df)
-    return second * q.kappa * q.p / q.F**2 + q.lam * W / (q.F * q.r)
+    q = segment.q
+    return segment.jump * q.p / q.F**2 + q.lam * segment.W / (q.F * q.r)
 
 
 class Geometry(NamedTuple):
-    """Length and rise of a segment with their partial derivatives, arrays of one shape."""
+    """Length and rise of a segment with their partial derivatives, arrays of one shape.
+
+    `length_load` and `rise_load` are derivatives with respect to ln p at fixed κ/√p and λ/p, `shorter_…`
+    those of the shortening; None unless asked for.
+    """
 
     length: np.ndarray
     rise: np.ndarray
@@ -161,6 +261,11 @@ class Geometry(NamedTuple):
     length_lam: np.ndarray
     rise_kappa: np.ndarray
     rise_lam: np.ndarray
+    length_load: np.ndarray | None = None
+    rise_load: np.ndarray | None = None
+    shorter_kappa: np.ndarray | None = None
+    shorter_lam: np.ndarray | None = None
+    shorter_load: np.ndarray | None = None
 
     @property
     def D(self):
@@ -168,69 +273,110 @@ class Geometry(NamedTuple):
         return self.length_kappa - self.length_lam * self.rise_kappa / self.rise_lam
 
 
-def geometry(kind, q):
-    """Length, rise and derivatives of a segment of `kind` on the pendulum `q`.
+def geometry(segment, load=False):
+    """Length, rise and derivatives of an arc, with `load` also those that a change of p needs.
 
     At fixed m, ∂F/∂φ = 1/cos(α/2) and ∂E/∂φ = cos(α/2) at φ₀; ∂K/∂m = (K − D)/(2m₁),
-    ∂F/∂m = (F − D − sin φ₀ cos φ₀/cos(α/2))/(2m₁) and ∂E/∂m = −D/2 are regular as m → 0.
+    ∂F/∂m = (F − D − sin φ₀ cos φ₀/cos(α/2))/(2m₁) and ∂E/∂m = −D/2 are regular as m → 0. At a held end
+    η changes with κ and λ by the implicit function theorem.
     """
-    first, second = kind.first, kind.second
+    kind, q, G, D, jump, held = segment
+    second = kind.second
     p, kappa, F, r, m = q.p, q.kappa, q.F, q.r, q.m
     cos_alpha, sin_alpha = p / F, q.lam / F
     sin_half, cos_half = q.sin_half_alpha, q.cos_half_alpha
 
-    G = first * q.K
-    D = first * q.DK
-    G_m = first * (q.K - q.DK)
+    G_m = kind.first * (q.K - q.DK)
     if second:
         four_F_m = 4 * F * m
-        G = G + second * q.f
-        D = D + second * q.Df
         G_m = G_m + second * (q.f - q.Df - 2 * r * kappa * sin_half / (four_F_m * cos_half))
         phi_kappa = (-2 * second) * r * sin_half / four_F_m
         phi_lam = second * kappa * cos_half / (four_F_m * r)
+    for end in held:
+        G_m = G_m - (end.F - end.D - end.sin * end.cos / end.delta)
     G_m = G_m / (2 * q.m1)
-    W = G - 2 * m * D
+    W = segment.W
     W_m = -D - G_m
 
     m_kappa = kappa / (2 * F)
     m_lam = sin_alpha * (2 * p - kappa * kappa) / (4 * F * F)
     G_kappa, G_lam = G_m * m_kappa, G_m * m_lam
     W_kappa, W_lam = W_m * m_kappa, W_m * m_lam
+    jump_kappa, jump_lam = second, 0.0
     if second:
         W_phi = 2 * cos_half - 1 / cos_half
         G_kappa = G_kappa + phi_kappa / cos_half
         G_lam = G_lam + phi_lam / cos_half
         W_kappa = W_kappa + W_phi * phi_kappa
         W_lam = W_lam + W_phi * phi_lam
-
     half_slope = sin_alpha / (2 * F)
     tilt = cos_alpha / F
-    return Geometry(
+    for end in held:
+        # One factor √m is taken out of the condition for η.
+        by_m = (r * end.cos - end.c * end.sin / end.delta) / m
+        by_eta = 2 * (r * end.sin + end.c * end.cos / end.delta)
+        by_lam = 2 * end.cos * half_slope * r - end.c * end.sigma * tilt / np.sqrt(m)
+        eta_kappa = by_m * m_kappa / by_eta
+        eta_lam = (by_m * m_lam + by_lam) / by_eta
+        W_eta = 2 * end.delta - 1 / end.delta
+        bend = 2 * end.sigma * r * np.sqrt(m)
+        G_kappa, G_lam = G_kappa - eta_kappa / end.delta, G_lam - eta_lam / end.delta
+        W_kappa, W_lam = W_kappa - W_eta * eta_kappa, W_lam - W_eta * eta_lam
+        jump_kappa = jump_kappa + bend * (end.cos * m_kappa / (2 * m) - end.sin * eta_kappa)
+        jump_lam = jump_lam + bend * (end.cos * (m_lam / (2 * m) + half_slope) - end.sin * eta_lam)
+
+    slopes = Geometry(
         length=G / r,
-        rise=second * kappa * tilt + sin_alpha * W / r,
+        rise=jump * tilt + sin_alpha * W / r,
         length_kappa=G_kappa / r,
         length_lam=(G_lam - half_slope * G) / r,
-        rise_kappa=second * tilt + sin_alpha * W_kappa / r,
+        rise_kappa=jump_kappa * tilt + sin_alpha * W_kappa / r,
         rise_lam=(
-            -2 * second * kappa * tilt * sin_alpha / F
+            jump_lam * tilt
+            - 2 * jump * tilt * sin_alpha / F
             + (cos_alpha * tilt * W + sin_alpha * (W_lam - half_slope * W)) / r
         ),
     )
+    if not load:
+        return slopes
+    advance_kappa = -sin_alpha * jump_kappa / F + cos_alpha * W_kappa / r
+    advance_lam = (
+        -sin_alpha * jump_lam / F
+        - jump * (cos_alpha**2 - sin_alpha**2) / F**2
+        + (-sin_alpha * tilt * W + cos_alpha * (W_lam - half_slope * W)) / r
+    )
+    shorter = shortening(segment)
+    length_load, rise_load, advance_load = -0.5 * slopes.length, -0.5 * slopes.rise, 0.0
+    for end in held:
+        # All lengths scale with 1/√p but for c/√p, which changes.
+        eta_c = -end.angle / (2 * np.sqrt(m) * (r * end.sin + end.c * end.cos / end.delta))
+        eta_load = -0.5 * end.c * eta_c
+        W_load = -(2 * end.delta - 1 / end.delta) * eta_load
+        jump_load = -2 * end.sigma * r * np.sqrt(m) * end.sin * eta_load
+        length_load = length_load - eta_load / end.delta / r
+        rise_load = rise_load + jump_load * tilt + sin_alpha * W_load / r
+        advance_load = advance_load - sin_alpha * jump_load / F + cos_alpha * W_load / r
+    return slopes._replace(
+        length_load=length_load,
+        rise_load=rise_load,
+        shorter_kappa=slopes.length_kappa - advance_kappa,
+        shorter_lam=slopes.length_lam - advance_lam,
+        shorter_load=-0.5 * shorter + (length_load + 0.5 * slopes.length) - advance_load,
+    )
 
 
-def bending_energy(kind, q):
-    """½∫θ'² ds over the segment, in units of EI/L: 2√F m (ΔF − ΔD)."""
-    return 2 * q.r * q.m * (kind.first * (q.K - q.DK) + kind.second * (q.f - q.Df))
+def bending_energy(segment):
+    """½∫θ'² ds over an arc in units of EI/L, 2√F m (ΔF − ΔD), and the energy ½cθ² of its springs."""
+    q = segment.q
+    springs = sum(0.5 * end.c * end.angle**2 for end in segment.held)
+    return 2 * q.r * q.m * (segment.F - segment.D) + springs
 
 
-def shortening(kind, q):
-    """∫(1 − cos θ) ds over the segment, as a sum of terms of the order θ²."""
-    cos_alpha = q.p / q.F
-    G = kind.first * q.K + kind.second * q.f
-    D = kind.first * q.DK + kind.second * q.Df
-    bow = 2 * q.sin_half_alpha**2 * G + 2 * q.m * cos_alpha * D
-    return bow / q.r + kind.second * q.kappa * q.lam / q.F**2
+def shortening(segment):
+    """∫(1 − cos θ) ds over an arc, as a sum of terms of the order θ²."""
+    q = segment.q
+    bow = 2 * q.sin_half_alpha**2 * segment.F + 2 * q.m * (q.p / q.F) * segment.D
+    return bow / q.r + segment.jump * q.lam / q.F**2
 
 
 def steepest(kind, q):

@@ -55,20 +55,20 @@ def sample(solution, samples):
         theta[exists], x[exists], y[exists] = 0.0, s, 0.0
     else:
         with np.errstate(invalid="ignore"):
-            theta[exists], x[exists], y[exists] = _bent(solution, exists, s)
+            for points, segments in solution.patterns(exists):
+                theta[points], x[points], y[points] = _bent(solution, points, segments, s)
     shape = (*solution.status.shape, samples)
     return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
 
 
-def _bent(solution, points, s):
-    """θ, x, y at the given flat indices, each of shape (points, samples)."""
+def _bent(solution, points, segments, s):
+    """θ, x, y at flat indices that share their segments, each of shape (points, samples)."""
     state = solution.state
-    segments = state.segments(solution.ends)
     p = FOUR_PI_SQUARED * solution.P.ravel()[points]
     H = solution.H.ravel()[points, None]
     kappa = solution.curvature.ravel()[points]
     lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
-    pendulums = pendulums_of(state, solution.ends, p, kappa, lam)
+    pendulums = pendulums_of(segments, p, kappa, lam)
     flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
     walls = [WALL[letter] for letter in state.word]
     reverses = state.reversed_segments(solution.ends)

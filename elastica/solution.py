@@ -1,28 +1,20 @@
 """Solve a named state on arrays of load and gap, and everything a user asks of the result.
 
-This is where the parts meet: names (`states`), roots (`equilibrium`), walls (`admissibility`), verdicts
-(`stability`). Eigenvalues and shapes are computed only when asked for.
+Eigenvalues and shapes are computed only when asked for.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from elastica.accuracy import SAFETY, rounding_bounds
-from elastica.admissibility import clearance
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import TINY_THRUST, find, pendulums_of, unresolved_load
-from elastica.euler import euler_modes_below, euler_root
-from elastica.newton import ROUNDING
+from elastica.equilibrium import find, unresolved_load
+from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import bending_energy, geometry, shortening, steepest
-from elastica.stability import MARGIN, index_of_lines, index_of_points, sliding_segments, verdict
 from elastica.states import State, parse_state
 
 LARGEST_LOAD = 1e6
-TOUCHING = 1e-12
-"""Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +46,8 @@ class Solution:
         Bound of max(|δκ|/√p, |δℓ|, |δV|/|V|).
     lam, lengths : ndarray, shape (..., segments)
         λ (EI/L² = 1, each in its rising convention) and length of the free segments from A to B.
+    periods : ndarray of int8, shape (..., segments)
+        Further full periods that each free segment has.
     reasons : dict of int to str
         Why a point failed, by its flat index.
     """
@@ -78,7 +72,24 @@ class Solution:
     error: np.ndarray
     lam: np.ndarray
     lengths: np.ndarray
+    periods: np.ndarray
     reasons: dict = field(default_factory=dict)
+
+    def patterns(self, points):
+        """Divide points, given by their flat indices, by the segments that the state has there.
+
+        Yields
+        ------
+        points : ndarray of int
+        segments : tuple of Segment
+            From end A to end B.
+        """
+        if not points.size:
+            return
+        periods = self.periods.reshape(self.status.size, -1)[points]
+        patterns, member = np.unique(periods, axis=0, return_inverse=True)
+        for number, pattern in enumerate(patterns):
+            yield points[member.ravel() == number], self.state.segments(self.ends, pattern)
 
     def eigenvalues(self, count):
         """The `count` lowest eigenvalues of the second variation, shape (..., count).
@@ -135,36 +146,66 @@ def solve(state, *, P, H, ends="clamped-clamped"):
     """
     ends = parse_ends(ends)
     state = parse_state(state, ends)
-    try:
-        P, H = np.broadcast_arrays(np.asarray(P, float), np.asarray(H, float))
-    except (TypeError, ValueError) as problem:
-        raise ValueError(f"P and H must be numbers that broadcast: {problem}") from None
-    shape = P.shape
-    P, H = P.ravel().copy(), H.ravel().copy()
-    reasons = _unusable(P, H, unresolved_load(state, ends) / FOUR_PI_SQUARED)
+    P, H, shape = broadcast(P=P, H=H)
+    reasons = unusable(P, H, unresolved_load(state, ends) / FOUR_PI_SQUARED)
     usable = np.ones(P.size, bool)
     usable[list(reasons)] = False
-    fields_of = _straight if state.straight else _bent
+    at = np.flatnonzero(usable)
     with np.errstate(all="ignore"):
-        fields = fields_of(state, ends, P[usable], H[usable])
-    kept = {
-        name: _spread(values, usable, name).reshape(shape + values.shape[1:])
-        for name, values in fields.items()
+        if state.straight:
+            values = straight(state, ends, P[at], H[at])
+        else:
+            found = find(state, ends, FOUR_PI_SQUARED * P[at], H[at])
+            at = at[found.point]
+            values = bent(state, ends, P[at], H[at], found)
+    arrays = blank(state, P.size)
+    arrays["status"][usable] = Status.NO_EQUILIBRIUM
+    for name, value in values.items():
+        arrays[name][at] = value
+    arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
+    return Solution(state, ends, P.reshape(shape), H.reshape(shape), **arrays, reasons=reasons)
+
+
+MISSING = {
+    "status": Status.FAILED,
+    "stability": Stability.NOT_SOLVED,
+    "index": -1,
+    "nullity": -1,
+    "periods": 0,
+}
+TYPES = {"status": np.int8, "stability": np.int8, "index": np.int16, "nullity": np.int16, "periods": np.int8}
+PER_CONTACT = ("reaction", "contact_position")
+PER_SEGMENT = ("lam", "lengths", "periods")
+
+
+def blank(state, n):
+    """The array attributes of a solution at n points of which nothing is known."""
+    contacts = len(state.word)
+    widths = dict.fromkeys(PER_CONTACT, (contacts,))
+    widths |= dict.fromkeys(PER_SEGMENT, (0 if state.straight else contacts + 1,))
+    names = [f.name for f in fields(Solution) if f.name not in ("state", "ends", "P", "H", "reasons")]
+    return {
+        name: np.full((n, *widths.get(name, ())), MISSING.get(name, np.nan), TYPES.get(name, float))
+        for name in names
     }
-    return Solution(state, ends, P.reshape(shape), H.reshape(shape), **kept, reasons=reasons)
 
 
-FLAGS = {"status": Status.FAILED, "stability": Stability.NOT_SOLVED, "index": -1, "nullity": -1}
+def broadcast(**arrays):
+    """Two arrays of numbers, flat, and their common shape.
+
+    Raises
+    ------
+    ValueError
+        If they are no numbers or do not broadcast; the message names them.
+    """
+    try:
+        first, second = np.broadcast_arrays(*(np.asarray(values, float) for values in arrays.values()))
+    except (TypeError, ValueError) as problem:
+        raise ValueError(f"{' and '.join(arrays)} must be numbers that broadcast: {problem}") from None
+    return first.ravel().copy(), second.ravel().copy(), first.shape
 
 
-def _spread(values, usable, name):
-    """Put the values of the usable points back among the failed ones."""
-    spread = np.full((usable.size, *values.shape[1:]), FLAGS.get(name, np.nan), values.dtype)
-    spread[usable] = values
-    return spread
-
-
-def _unusable(P, H, unresolved):
+def unusable(P, H, unresolved=np.inf):
     """Reasons why points cannot be solved, by flat index."""
     reasons = {}
     for name, values, good, allowed in (
@@ -180,116 +221,3 @@ def _unusable(P, H, unresolved):
             "of double precision can tell",
         )
     return reasons
-
-
-def _straight(state, ends, P, H):
-    """Fields of the straight strip: its index is the number of Euler loads below P."""
-    n = P.size
-    p = FOUR_PI_SQUARED * P
-    root = np.sqrt(p)
-    index = euler_modes_below(p, ends)
-    table = euler_root(np.arange(1, index.max(initial=0) + 2), ends)
-    nearest = np.minimum(np.abs(root - table[index]), np.abs(root - table[np.maximum(index - 1, 0)]))
-    critical = nearest <= 4 * ROUNDING * root
-    zero, none = np.zeros(n), np.zeros((n, 0))
-    return {
-        "status": np.full(n, Status.SOLVED, np.int8),
-        "stability": verdict(index, critical),
-        "index": index.astype(np.int16),
-        "nullity": critical.astype(np.int16),
-        "clearance": H,
-        **dict.fromkeys(
-            (
-                "curvature",
-                "energy",
-                "bending_energy",
-                "shortening",
-                "flat_length",
-                "max_slope",
-                "error",
-            ),
-            zero,
-        ),
-        "reaction": none,
-        "contact_position": none,
-        "lam": none,
-        "lengths": none,
-    }
-
-
-def _bent(state, ends, P, H):
-    """Fields of every other state."""
-    p = FOUR_PI_SQUARED * P
-    order = state.segments(ends)
-    segments = state.distinct_segments(ends)
-    roots = find(state, ends, p, H)
-    kinds = [segment.kind for segment in segments]
-    pendulums = pendulums_of(state, ends, p, roots.kappa, roots.lam)
-    geometries = [geometry(kind, q) for kind, q in zip(kinds, pendulums, strict=True)]
-
-    def total(quantity):
-        parts = zip(segments.values(), kinds, pendulums, strict=True)
-        return sum(count * quantity(kind, q) for count, kind, q in parts)
-
-    place = [list(segments).index(segment) for segment in order]
-    lengths = np.stack([g.length for g in geometries])[place]
-    lam = roots.lam[place]
-    contacts = len(state.word)
-    flat = np.zeros_like(p) + (1 - lengths.sum(axis=0) if state.line else 0.0)
-    position = np.cumsum(lengths, axis=0)[:contacts]
-    position = position + flat / max(contacts, 1) * np.arange(contacts)[:, None]
-    reaction = lam[:-1] + lam[1:] if contacts else np.zeros((0, p.size))
-    gap = clearance(segments, pendulums, H)
-    slope = np.max([steepest(kind, q) for kind, q in zip(kinds, pendulums, strict=True)], axis=0)
-    bending, shorter = total(bending_energy), total(shortening)
-    energy = bending - p * shorter
-
-    delta_kappa, delta_length, delta_total, delta_energy = rounding_bounds(
-        segments, pendulums, geometries, p, state.line
-    )
-    terms = bending + p * shorter
-    delta_energy = delta_energy + SAFETY * ROUNDING * terms
-    relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
-    error = np.max([delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST)), delta_length, relative], axis=0)
-
-    if state.line:
-        index, critical = index_of_lines(segments, flat, delta_total, p)
-        at_clamps, between_lines = sliding_segments(segments, ends)
-        nullity = at_clamps + between_lines + critical
-        stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
-    else:
-        index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
-        critical |= roots.kappa <= MARGIN * delta_kappa
-        nullity = critical
-        stability = verdict(index, critical)
-
-    pull = roots.kappa * np.sqrt(p) + np.abs(lam).max(axis=0)
-    admissible = (
-        (reaction >= -TOUCHING * pull).all(axis=0) & (flat >= -MARGIN * delta_total) & (gap >= -TOUCHING * H)
-    )
-    solved = roots.found & admissible
-    status = np.where(
-        solved, Status.SOLVED, np.where(roots.found, Status.INADMISSIBLE, Status.NO_EQUILIBRIUM)
-    )
-
-    def known(values):
-        return np.where(roots.found, values, np.nan)
-
-    return {
-        "status": status.astype(np.int8),
-        "stability": np.where(solved, stability, Stability.NOT_SOLVED).astype(np.int8),
-        "index": np.where(solved, index, -1).astype(np.int16),
-        "nullity": np.where(solved, nullity, -1).astype(np.int16),
-        "curvature": known(roots.kappa),
-        "energy": known(energy / FOUR_PI_SQUARED),
-        "bending_energy": known(bending / FOUR_PI_SQUARED),
-        "shortening": known(shorter),
-        "flat_length": known(flat),
-        "max_slope": known(slope),
-        "clearance": known(gap),
-        "reaction": known(reaction / FOUR_PI_SQUARED).T,
-        "contact_position": known(position).T,
-        "error": known(error),
-        "lam": known(lam).T,
-        "lengths": known(lengths).T,
-    }

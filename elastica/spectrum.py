@@ -24,16 +24,14 @@ from numpy.polynomial.legendre import leggauss, legvander
 
 from elastica.codes import Status
 from elastica.elliptic import jacobi
-from elastica.ends import End
 from elastica.equilibrium import pendulums_of
 from elastica.euler import euler_root
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import Kind, start_phase, swing_at
+from elastica.segments import start_phase, swing_at
 
 TERMS_FOR_PHASE = {6.8: 32, 10.0: 56, 14.0: 84, 18.0: 112, 24.0: 144, 50.0: 288, 80.0: 448}
 """Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
 real axis, so (without a margin) eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
-FULL_PERIOD = Kind(0, 1)
 BATCH_ENTRIES = 100_000
 """Matrix entries of a batch: larger ones leave the cache."""
 
@@ -68,28 +66,29 @@ def eigenvalues(solution, count):
     if solution.state.straight:
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*shape, count)
-    kappa = solution.curvature.ravel()[solved]
-    lam = solution.lam.reshape(-1, solution.lam.shape[-1])[solved]
-    lengths = solution.lengths.reshape(-1, solution.lengths.shape[-1])[solved]
-    if solution.state.mode and solution.ends.alike:
-        lengths = lengths / 2
-    phase = (np.sqrt(np.hypot(p[:, None], lam)) * lengths).max(axis=1)
+    for points, segments in solution.patterns(solved):
+        result[points] = _of_pattern(solution, points, segments, count)
+    return result.reshape(*shape, count)
+
+
+def _of_pattern(solution, points, segments, count):
+    """Eigenvalues at points that share their segments, shape (points, count)."""
+    p = FOUR_PI_SQUARED * solution.P.ravel()[points]
+    kappa = solution.curvature.ravel()[points]
+    lam, lengths = (array.reshape(-1, len(segments))[points] for array in (solution.lam, solution.lengths))
+    result = np.full((points.size, count), np.nan)
+    halved = solution.state.mode and solution.ends.alike
+    phase = (np.sqrt(np.hypot(p[:, None], lam)) * lengths / (2 if halved else 1)).max(axis=1)
     lower = 0.0
     for upper, terms in TERMS_FOR_PHASE.items():
         group = np.flatnonzero((phase > lower) & (phase <= upper))
         lower = upper
-        batch = max(1, BATCH_ENTRIES // (terms * len(lengths.T)) ** 2)
-        for points in np.split(group, range(batch, group.size, batch)):
-            result[solved[points]] = _lowest(
-                solution,
-                p[points],
-                kappa[points],
-                lam[points],
-                lengths[points],
-                terms + count,
-                count,
-            )
-    return result.reshape(*shape, count)
+        batch = max(1, BATCH_ENTRIES // (terms * len(segments)) ** 2)
+        for some in np.split(group, range(batch, group.size, batch)):
+            if some.size:
+                fields = (field[some] for field in (p, kappa, lam, lengths))
+                result[some] = _lowest(solution, segments, *fields, terms + count, count)
+    return result
 
 
 class Contact(NamedTuple):
@@ -115,14 +114,13 @@ class Elements(NamedTuple):
     constrained: bool = True
 
 
-def _lowest(solution, p, kappa, lam, lengths, terms, count):
+def _lowest(solution, segments, p, kappa, lam, lengths, terms, count):
     """Eigenvalues of a batch, shape (n, count)."""
     state, ends = solution.state, solution.ends
-    kinds = [segment.kind for segment in state.segments(ends)]
+    kinds = [segment.kind for segment in segments]
     last = len(kinds) - 1
-    pendulums = pendulums_of(state, ends, p, kappa, lam.T)
-    free = Contact(np.zeros_like(p), np.ones_like(p))
-    edge = [None if end is End.CLAMPED else free for end in ends]
+    pendulums = pendulums_of(segments, p, kappa, lam.T)
+    edge = [None if end.clamped else Contact(np.full_like(p, end.stiffness), np.ones_like(p)) for end in ends]
     contacts = [None if state.line else Contact(a + b, kappa) for a, b in pairwise(lam.T)]
     whole = Elements(
         kinds,
@@ -135,10 +133,10 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
         values = [_spectrum(_part(whole, i, i + 1), terms, count) for i in range(last + 1)]
         for kind, eigenvalues_of_segment in zip(kinds, values, strict=True):
             # A full period between places with θ = θ' = 0 slides at no cost.
-            if kind == FULL_PERIOD:
+            if kind.start == int(kind.start) and not kind.springs:
                 nearest = np.abs(eigenvalues_of_segment).argmin(axis=1)
                 np.put_along_axis(eigenvalues_of_segment, nearest[:, None], 0.0, axis=1)
-    elif _symmetric(state, ends):
+    elif len(segments) % 2 == 0 and state.symmetric(ends) and segments == segments[::-1]:
         half = _part(whole, 0, (last + 1) // 2)
         middle = half.vertex[-1]
         even = half._replace(vertex=[*half.vertex[:-1], middle._replace(reaction=middle.reaction / 2)])
@@ -146,8 +144,9 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
         values = [_spectrum(part, terms, count) for part in (even, odd)]
     elif state.mode and ends.alike:
         # Halves of the only segment; odd modes keep the height of the ends by themselves.
-        even = whole._replace(vertex=[edge[0], free])
-        odd = whole._replace(vertex=[edge[0], None], constrained=False)
+        free = Contact(np.zeros_like(p), np.ones_like(p))
+        even = whole._replace(lengths=[lengths[:, 0] / 2], vertex=[edge[0], free])
+        odd = even._replace(vertex=[edge[0], None], constrained=False)
         values = [_spectrum(part, terms, count) for part in (even, odd)]
     else:
         values = [_spectrum(whole, terms, count)]
@@ -157,12 +156,6 @@ def _lowest(solution, p, kappa, lam, lengths, terms, count):
 def _part(elements, first, last):
     """Segments first … last − 1 of a chain."""
     return Elements(*(field[first:last] for field in elements[:4]), elements.vertex[first : last + 1])
-
-
-def _symmetric(state, ends):
-    """Whether the state is its own mirror image about a contact in its middle."""
-    like = ends.alike and state.kind_a[0] == state.kind_a[1]
-    return like and len(state.word) % 2 == 1 and state.word == state.word[::-1]
 
 
 def _spectrum(elements, terms, count):

@@ -23,7 +23,6 @@ For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 
 import numpy as np
 
 from elastica.codes import Stability
-from elastica.ends import End
 
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
@@ -92,7 +91,7 @@ def sliding_segments(segments, ends):
     -------
     at_clamps, between_lines : int
     """
-    at_clamps = sum(end is End.CLAMPED for end in ends)
+    at_clamps = sum(end.clamped for end in ends)
     between_lines = sum(count for segment, count in segments.items() if segment.start == -1)
     return at_clamps, between_lines
 

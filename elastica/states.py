@@ -9,11 +9,12 @@ a… …a        the end segment on that side is of kind A: the strip first bend
 """
 
 import re
-from collections import Counter
 from itertools import product
 from typing import NamedTuple
 
-from elastica.ends import End, parse_ends
+import numpy as np
+
+from elastica.ends import parse_ends
 from elastica.segments import HALF, Kind
 
 GRAMMAR = re.compile(
@@ -51,8 +52,14 @@ class State(NamedTuple):
         """Whether this is the straight strip."""
         return not self.mode and not self.word
 
-    def segments(self, ends):
+    def segments(self, ends, periods=None):
         """Free segments from end A to end B, each in its rising convention.
+
+        Parameters
+        ----------
+        ends : str or Ends
+        periods : sequence of int, optional
+            Further full periods of each segment.
 
         Returns
         -------
@@ -60,23 +67,28 @@ class State(NamedTuple):
             Empty for the straight strip.
         """
         ends = parse_ends(ends)
-        pins = [end is End.PINNED for end in ends]
         if self.straight:
             return ()
         if self.mode:
-            if all(pins):
-                return (Segment(Kind(HALF - self.mode, HALF), 0, 0),)
-            start = HALF - self.mode if any(pins) else -self.mode
-            return (Segment(Kind(start, 1), 0, 0),)
+            a, b = ends[::-1] if self.reversed_segments(ends)[0] else ends
+            start = -self.mode + HALF * a.pinned
+            springs = (np.inf if end.pinned else end.stiffness for end in (a, b))
+            return (Segment(Kind(start, 1 - HALF * b.pinned, *springs), 0, 0),)
         first, last = (
-            Segment(Kind((HALF if pin else 0) - kind_a, 1), 0, 1)
-            for pin, kind_a in zip(pins, self.kind_a, strict=True)
+            Segment(Kind(HALF - is_a, 1) if end.pinned else Kind(-int(is_a), 1, end.stiffness), 0, 1)
+            for end, is_a in zip(ends, self.kind_a, strict=True)
         )
         inner = (
             Segment(Kind(0, 1), -1, 1) if left != right else Segment(Kind(-1, 1), 1, 1)
             for left, right in zip(self.word, self.word[1:], strict=False)
         )
-        return (first, *inner, last)
+        plain = (first, *inner, last)
+        if periods is None:
+            return plain
+        return tuple(
+            segment._replace(kind=segment.kind.further(further))
+            for segment, further in zip(plain, periods, strict=True)
+        )
 
     def reversed_segments(self, ends):
         """For each free segment from A to B whether its rising convention runs towards end A.
@@ -86,15 +98,13 @@ class State(NamedTuple):
         """
         if self.mode:
             ends = parse_ends(ends)
-            return (ends.B is End.PINNED and not ends.alike,)
+            return (ends.B.pinned and not ends.A.pinned,)
         return (*(False for _ in self.word), True)
 
-    def distinct_segments(self, ends):
-        """Kinds of segment with their number: the unknowns of the state, whatever the order.
-
-        Words that have the same segments in another order thus give identical numbers.
-        """
-        return Counter(sorted(self.segments(ends)))
+    def symmetric(self, ends):
+        """Whether the word is its own mirror image, so that one reversal gives the same state."""
+        like = parse_ends(ends).alike and self.kind_a[0] == self.kind_a[1]
+        return bool(self.word) and like and _from_upper(self.word[::-1]) == self.word
 
 
 def parse_state(name, ends="clamped-clamped"):
@@ -138,7 +148,7 @@ def parse_state(name, ends="clamped-clamped"):
                 "leave out the '-' or the repeated letter"
             )
         for side, end, is_a in zip("AB", ends, kind_a, strict=True):
-            if is_a and end is End.CLAMPED:
+            if is_a and end.clamped:
                 raise ValueError(
                     f"state = {name!r}: at the clamped end {side} a line state has one kind of end "
                     "segment; leave out the 'a'"

@@ -1,131 +1,334 @@
-"""Every root of a state: follow its rises in κ and watch the total length cross that of the strip.
+"""Every root of many words at once: tabulate the length of each kind of segment along κ, then sum.
 
-Left out: the refinement of a root once it is bracketed (`newton`).
+At a point (p, H) a word is a sum of lengths of few kinds of segment, each a function of κ alone once its
+rise is met. The lengths, with their derivatives D, are tabulated once at nodes of κ shared by all kinds; the
+roots of any sum of them are bracketed from the table and refined on the exact functions (`newton`).
+
+Every kind begins at κ = 0 with its line shape, and the rise at which it reaches 90° falls with κ: below 90°
+its range is one interval from κ = 0.
 """
+
+from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from elastica.newton import Bracket, Roots, arrow_system, newton, steepest_angle
+from elastica.segments import arc, geometry, pendulum, steepest
+from elastica.segments import length as segment_length
 
-NODES = 48
+NODES = 32
 NODE_STEPS = 8
+GOOD_STEP = 1e-3
+"""Relative step of λ after which a node's length, corrected to first order, is good to 1e-6."""
 EXTREMUM_STEPS = 8
+DIP = 0.5
+"""An extremum is looked at when the estimate of its height misses zero by no more than this part of its
+distance from the nodes."""
+NEARLY = 1e-2
+"""Relative error that lengths interpolated in the table, or their nodes, certainly keep."""
+SHARES = np.linspace(0, 1, NODES)
+SCALED_GRID = np.concatenate([np.arange(-23.0, -1.4, 0.1), np.arange(-1.3, 3.5, 0.02)])
+"""Values of ln(H√p) of the scaled tables."""
+BEYOND = 2.0
+"""Angle in radians up to which scaled tables go, so that they can be interpolated at 90°."""
+LARGEST_RISE = 3.3054 / 4
+"""√p times the rise at κ = 0 and 90°, a quarter of a period's."""
+LINE_FOLD = 0.528160307318
+"""H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
+beyond it there are none. A segment from a pin ends at half of it."""
 
 
-def sweep(segments, p, H, start, number):
-    """The `number`-th root by increasing κ, up to the first node where the strip is past 90°.
+def line_force(segment, p, H):
+    """λ of one segment at κ = 0, from the small-deflection form on; NaN where it has none before its fold.
+
+    The rise is a concave function of λ up to the fold of the line states, so Newton climbs to the
+    root without passing it.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    kind, rise = segment.kind, segment.rise
+    if not rise:
+        return np.zeros_like(p)
+    root_p = np.sqrt(p)
+    phase, jump = (kind.first + kind.second) * np.pi / 2, 0.0
+    fold = LINE_FOLD * phase / (2 * np.pi)
+    for c, sigma in kind.springs:
+        eta = 2 * np.arctan(root_p / c) - np.pi / 2 if sigma > 0 else np.pi / 2
+        phase, jump = phase - eta, np.cos(eta)
+        fold = np.inf
+    start = p * root_p * rise * H / (phase + jump)
+    below = np.flatnonzero((rise * H * root_p / (2 * np.pi) <= fold * (1 + 1e-9)) & (p > 0))
+    p, H = p[below], H[below]
+    line = newton({segment: 1}, p, H, np.zeros_like(p), start[None, below], fixed_kappa=True)
+    before_fold = geometry(arc(kind, pendulum(p, line.kappa, line.lam[0]))).rise_lam > 0
+    lam = np.full_like(start, np.nan)
+    lam[below] = np.where(line.found & before_fold, line.lam[0], np.nan)
+    return lam
+
+
+class Lengths(NamedTuple):
+    """One kind of segment along the nodes of κ: λ, length and D, shape (nodes, n); NaN out of range.
+
+    `shortest` and `longest` are the extremes of the length over the nodes, shape (n,).
+    """
+
+    lam: np.ndarray
+    length: np.ndarray
+    D: np.ndarray
+    shortest: np.ndarray
+    longest: np.ndarray
+
+    @classmethod
+    def of(cls, lam, length, D):
+        """Cut what follows the first node past the range, and find the extremes."""
+        known = ~np.isnan(length)
+        shortest = np.where(known, length, np.inf).min(axis=0)
+        longest = np.where(known, length, -np.inf).max(axis=0)
+        return cls(lam, length, D, shortest, longest)
+
+
+class Table:
+    """Lengths of kinds of segment at n points, each computed when it is first needed.
 
     Nodes are graded: fine below κ = pH, where a segment leaves its line shape, coarse up to
-    κ = √(2p), where a segment without reaction reaches 90°. Where ΣnD changes sign between two nodes
-    the extremum is added as a node, so that a pair of roots near a fold is not stepped over.
+    κ = √(2p), where a segment without reaction reaches 90°.
+
+    Parameters
+    ----------
+    p, H : ndarray, shape (n,)
+        Positive.
+    """
+
+    def __init__(self, p, H):
+        self.p, self.H = p, H
+        self.kappa = _nodes(p, H)
+        self._known = {}
+
+    def of(self, segment):
+        """Lengths of a segment, up to its first node past 90°."""
+        if segment not in self._known:
+            if segment.kind.springs:
+                self._known[segment] = Lengths.of(*follow(segment, self.p, self.H, np.pi / 2))
+            else:
+                self._known[segment] = self._interpolate(segment)
+        return self._known[segment]
+
+    def _interpolate(self, segment):
+        """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
+        root_p = np.sqrt(self.p)
+        scaled_H = self.H * root_p
+        lam, length, D = _scaled_table(segment)(scaled_H)
+        kappa = self.kappa / root_p
+        reach = lam if segment.kind.turning_points == 1 else np.abs(lam)
+        past = np.logical_or.accumulate(reach >= 1 - 0.5 * kappa * kappa, axis=0)
+        length[1:][past[:-1]] = np.nan
+        # Next to its end the scaled table has gaps: there the segment is followed itself.
+        gap = np.isnan(length[0]) & (
+            segment.rise * scaled_H <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
+        )
+        gap |= (np.isnan(length[1:]) & ~past[:-1] & ~np.isnan(length[:-1])).any(axis=0)
+        lam, length, D = lam * self.p, length / root_p, D / self.p
+        points = np.flatnonzero(gap)
+        if points.size:
+            exact = follow(segment, self.p[points], self.H[points], np.pi / 2)
+            lam[:, points], length[:, points], D[:, points] = exact
+        return Lengths.of(lam, length, D)
+
+
+def _nodes(p, H):
+    grade = 0.25 * p * H
+    return grade * np.sinh(SHARES[:, None] * np.arcsinh(1.001 * np.sqrt(2 * p) / grade))
+
+
+@cache
+def _scaled_table(segment):
+    """Interpolant of λ, length and D at the nodes for p = 1 over ln H, by cubics through four neighbours."""
+    H = np.exp(SCALED_GRID)
+    lam, length, D = follow(segment, np.ones_like(H), H, BEYOND)
+    # In these units all three stay finite as H → 0.
+    table = np.stack([lam / H, length, D * H])
+    table[:, np.isnan(length)] = np.nan
+    table = np.ascontiguousarray(table.transpose(2, 1, 0))
+
+    def interpolate(H):
+        place = np.interp(np.log(H), SCALED_GRID, np.arange(SCALED_GRID.size))
+        cell = np.clip(place.astype(int), 1, SCALED_GRID.size - 3)
+        x = np.log(H)
+        values = 0.0
+        for i in range(-1, 3):
+            weight = np.ones_like(H)
+            for j in range(-1, 3):
+                if i != j:
+                    weight *= (x - SCALED_GRID[cell + j]) / (SCALED_GRID[cell + i] - SCALED_GRID[cell + j])
+            values = values + weight[:, None, None] * table[cell + i]
+        lam, length, D = values.transpose(2, 1, 0)
+        outside = (x < SCALED_GRID[0]) | (x > SCALED_GRID[-1])
+        length[:, outside] = np.nan
+        return lam * H, length, D / H
+
+    return interpolate
+
+
+def follow(segment, p, H, steepest_angle):
+    """λ, length and D of a segment at the nodes, shape (nodes, n), up to the first past an angle."""
+    nodes = _nodes(p, H)
+    lam, length, D = np.full((3, *nodes.shape), np.nan)
+    force = line_force(segment, p, H)
+    alive = np.flatnonzero(np.isfinite(force))
+    force = force[alive]
+    for node, kappa in enumerate(nodes):
+        here = _settle(segment, p[alive], H[alive], kappa[alive], force)
+        lam[node, alive], length[node, alive], D[node, alive] = here[:3]
+        if node + 1 == NODES:
+            break
+        force, along, swing = here[0], *here[3:]
+        goes_on = np.isfinite(here[1]) & (swing < steepest_angle)
+        force = (force + along * (nodes[node + 1, alive] - kappa[alive]))[goes_on]
+        alive = alive[goes_on]
+    return lam, length, D
+
+
+def _settle(segment, p, H, kappa, lam):
+    """λ, length, D, dλ/dκ and the steepest angle of a segment at fixed κ."""
+    rise, lam = segment.rise * H, lam.copy()
+    length, D, along = np.full((3, p.size), np.nan)
+    live = np.arange(p.size)
+    for _ in range(NODE_STEPS):
+        g = geometry(arc(segment.kind, pendulum(p[live], kappa[live], lam[live])))
+        step = (rise[live] - g.rise) / g.rise_lam
+        lam[live] += step
+        length[live], D[live] = g.length + g.length_lam * step, g.D
+        along[live] = -g.rise_kappa / g.rise_lam
+        live = live[np.abs(step) > GOOD_STEP * p[live]]
+        if not live.size:
+            break
+    length[live] = np.nan
+    return lam, length, D, along, steepest(segment.kind, pendulum(p, kappa, lam))
+
+
+def every_root(segments, table):
+    """All roots of Σnℓ = 1 below 90° for one set of segments, in no particular order.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
-    p, H : ndarray, shape (n,)
-    start : Roots
-        The segments at κ = 0; where it is not found there is nothing to follow.
-    number : int
-        1 for the root of smallest κ.
+    table : Table
 
     Returns
     -------
-    Roots
+    points : ndarray of int, shape (roots,)
+    roots : Roots
+        κ (roots,) and λ (distinct segments, roots).
     """
-    roots = Roots.none(segments, p.size)
-    begun = np.flatnonzero(start.found)
-    p, H = p[begun], H[begun]
-    path = Path(segments, p, H, start.lam[:, begun])
-    low, high = path.sign_change(number)
-    crossed = np.flatnonzero(low >= 0)
-    if crossed.size:
-        roots.put(begun[crossed], path.refine(crossed, low[crossed], high[crossed]))
-    return roots
+    rows = [(table.of(segment), count) for segment, count in segments.items()]
+    shortest = sum(count * row.shortest for row, count in rows)
+    longest = sum(count * row.longest for row, count in rows)
+    near = np.flatnonzero((shortest < 1 + NEARLY) & (longest > 1 - NEARLY))
+    if not near.size:
+        return near, Roots.none(segments, 0)
+    excess = sum(count * row.length[:, near] for row, count in rows) - 1
+    pivot = sum(count * row.D[:, near] for row, count in rows)
+    _sharpen_start(segments, table, near, excess)
+    kappa = table.kappa[:, near]
+    sign = np.where(excess < 0, -1.0, np.where(excess >= 0, 1.0, np.nan))
 
-
-class Path:
-    """The rises followed through nodes of κ: arrays of shape (nodes, n), λ (nodes, distinct, n)."""
-
-    def __init__(self, segments, p, H, lam):
-        self.segments, self.p, self.H = segments, p, H
-        grade = 0.25 * p * H
-        self.kappa = grade * np.sinh(
-            np.linspace(0, 1, NODES)[:, None] * np.arcsinh(1.001 * np.sqrt(2 * p) / grade)
+    def edges(node, point):
+        """Both sides of intervals: κ, λ and Σnℓ − 1."""
+        return (
+            _Edge(
+                kappa[place, point],
+                np.stack([row.lam[place, near[point]] for row, _ in rows]),
+                excess[place, point],
+            )
+            for place in (node, node + 1)
         )
-        self.lam = np.full((NODES, *lam.shape), np.nan)
-        self.excess, self.pivot = np.full((2, NODES, p.size), np.nan)
-        self._follow(lam)
-        self._add_extrema()
 
-    def _follow(self, lam):
-        alive = np.arange(self.p.size)
-        for node, kappa in enumerate(self.kappa):
-            excess, pivot, lam, along, goes_on = self._settle(alive, kappa[alive], lam)
-            self.excess[node, alive], self.pivot[node, alive] = excess, pivot
-            self.lam[node][:, alive] = lam
-            if node + 1 == NODES:
-                break
-            ahead = self.kappa[node + 1, alive] - kappa[alive]
-            lam = (lam + along * ahead)[:, goes_on]
-            alive = alive[goes_on]
+    node, point = np.nonzero(sign[:-1] * sign[1:] < 0)
+    brackets = [(near[point], *edges(node, point))]
+    node, point = _turns(kappa, excess, pivot)
+    if point.size:
+        left, right = edges(node, point)
+        slopes = pivot[node, point], pivot[node + 1, point]
+        top = _extremum(segments, table.p[near[point]], table.H[near[point]], left, right, slopes)
+        crosses = np.flatnonzero(top.excess * left.excess < 0)
+        left, top, right = (edge.at(crosses) for edge in (left, top, right))
+        brackets += [(near[point[crosses]], left, top), (near[point[crosses]], top, right)]
 
-    def _settle(self, points, kappa, lam):
-        """Correct λ at fixed κ and evaluate the arrow system there."""
-        p, H = self.p[points], self.H[points]
-        settled = newton(self.segments, p, H, kappa, lam, fixed_kappa=True, most_steps=NODE_STEPS)
-        arrow = arrow_system(self.segments, p, H, kappa, settled.lam)
-        found = settled.found & np.isfinite(arrow.pivot)
-        excess, pivot = np.where(found, arrow.excess, np.nan), np.where(found, arrow.pivot, np.nan)
-        goes_on = found & (steepest_angle(self.segments, p, settled) < np.pi / 2)
-        return excess, pivot, settled.lam, arrow.along, goes_on
+    points = np.concatenate([bracket[0] for bracket in brackets])
+    low, high = (
+        _Edge(*(np.concatenate(values, axis=-1) for values in zip(*sides, strict=True)))
+        for sides in zip(*(bracket[1:] for bracket in brackets), strict=True)
+    )
+    roots = _refine(segments, table.p[points], table.H[points], low, high)
+    good = roots.found & (steepest_angle(segments, table.p[points], roots) < np.pi / 2)
+    return points[good], roots.at(good)
 
-    def _add_extrema(self):
-        """Insert a node between each pair: the extremum of the length, or a copy of the left one."""
-        names = ("kappa", "lam", "excess", "pivot")
-        left = {name: getattr(self, name)[:-1] for name in names}
-        right = {name: getattr(self, name)[1:] for name in names}
-        between = {name: values.copy() for name, values in left.items()}
-        turns = (left["pivot"] * right["pivot"] < 0) & (left["excess"] * right["excess"] > 0)
-        for node in np.flatnonzero(turns.any(axis=1)):
-            points = np.flatnonzero(turns[node])
-            a, b = (side["kappa"][node, points] for side in (left, right))
-            slope_a, slope_b = (side["pivot"][node, points] for side in (left, right))
-            lam = left["lam"][node][:, points]
-            for _ in range(EXTREMUM_STEPS):
-                kappa = a + (b - a) * slope_a / (slope_a - slope_b)
-                excess, pivot, lam, _, _ = self._settle(points, kappa, lam)
-                before = pivot * slope_a > 0
-                a, slope_a = np.where(before, kappa, a), np.where(before, pivot, slope_a)
-                b, slope_b = np.where(before, b, kappa), np.where(before, slope_b, pivot)
-            settled = np.isfinite(pivot)
-            points, kappa, excess, pivot = (values[settled] for values in (points, kappa, excess, pivot))
-            between["kappa"][node, points] = kappa
-            between["excess"][node, points], between["pivot"][node, points] = excess, pivot
-            between["lam"][node][:, points] = lam[:, settled]
-        for name in names:
-            values = np.empty((2 * NODES - 1, *getattr(self, name).shape[1:]))
-            values[0::2], values[1::2] = getattr(self, name), between[name]
-            setattr(self, name, values)
 
-    def sign_change(self, number):
-        """Nodes on both sides of the `number`-th sign change of Σnℓ − 1; −1 where there is none."""
-        sign = np.sign(self.excess)
-        changes = sign[:-1] * sign[1:] < 0
-        wanted = changes & (np.cumsum(changes, axis=0) == number)
-        low = np.where(wanted.any(axis=0), wanted.argmax(axis=0), -1)
-        return low, low + 1
+def _sharpen_start(segments, table, near, excess):
+    """Replace Σnℓ − 1 at κ = 0 by its exact value where the table cannot tell its sign."""
+    unsure = np.flatnonzero(np.abs(excess[0]) < NEARLY)
+    p, H = table.p[near[unsure]], table.H[near[unsure]]
+    total = -1.0
+    for segment, count in segments.items():
+        q = pendulum(p, np.zeros_like(p), line_force(segment, p, H))
+        total = total + count * segment_length(arc(segment.kind, q))
+    excess[0, unsure] = total
 
-    def refine(self, points, low, high):
-        """Newton from the secant between two nodes, kept between them."""
-        a, b = self.kappa[low, points], self.kappa[high, points]
-        excess_a, excess_b = self.excess[low, points], self.excess[high, points]
-        lam_a, lam_b = self.lam[low, :, points].T, self.lam[high, :, points].T
-        share = excess_a / (excess_a - excess_b)
-        return newton(
-            self.segments,
-            self.p[points],
-            self.H[points],
-            a + (b - a) * share,
-            lam_a + (lam_b - lam_a) * share,
-            bracket=Bracket(a, b, np.sign(excess_a)),
-        )
+
+class _Edge(NamedTuple):
+    """One side of a bracket: κ (n,), λ (distinct segments, n), Σnℓ − 1 (n,)."""
+
+    kappa: np.ndarray
+    lam: np.ndarray
+    excess: np.ndarray
+
+    def at(self, where):
+        return _Edge(self.kappa[where], self.lam[:, where], self.excess[where])
+
+
+def _turns(kappa, excess, pivot):
+    """Intervals in which Σnℓ − 1 may turn round beyond zero although its ends have the same sign."""
+    a, b, slope_a, slope_b = excess[:-1], excess[1:], pivot[:-1], pivot[1:]
+    node, point = np.nonzero((a * b > 0) & (slope_a * a < 0) & (slope_b * b > 0))
+    width = kappa[node + 1, point] - kappa[node, point]
+    a, b = a[node, point], b[node, point]
+    slope_a, slope_b = slope_a[node, point] * width, slope_b[node, point] * width
+    t = slope_a / (slope_a - slope_b)
+    u = 1 - t
+    middle = u * u * ((1 + 2 * t) * a + t * slope_a) + t * t * ((3 - 2 * t) * b - u * slope_b)
+    sign = np.sign(a)
+    dips = sign * middle < DIP * (np.minimum(sign * a, sign * b) - sign * middle)
+    return node[dips], point[dips]
+
+
+def _extremum(segments, p, H, left, right, slopes):
+    """Where Σnℓ − 1 is extreme between two nodes, by false position on ΣnD."""
+    a, b, (slope_a, slope_b) = left.kappa, right.kappa, slopes
+    lam = left.lam
+    for _ in range(EXTREMUM_STEPS):
+        kappa = a + (b - a) * slope_a / (slope_a - slope_b)
+        lam = newton(segments, p, H, kappa, lam, fixed_kappa=True, most_steps=NODE_STEPS).lam
+        arrow = arrow_system(segments, p, H, kappa, lam)
+        before = arrow.pivot * slope_a > 0
+        a, slope_a = np.where(before, kappa, a), np.where(before, arrow.pivot, slope_a)
+        b, slope_b = np.where(before, b, kappa), np.where(before, slope_b, arrow.pivot)
+    return _Edge(kappa, lam, arrow.excess)
+
+
+def _refine(segments, p, H, low, high):
+    """Newton from the secant between two sides of a bracket, kept between them but for the table's error."""
+    share = low.excess / (low.excess - high.excess)
+    width = high.kappa - low.kappa
+    return newton(
+        segments,
+        p,
+        H,
+        low.kappa + width * share,
+        low.lam + (high.lam - low.lam) * share,
+        bracket=Bracket(
+            np.maximum(low.kappa - NEARLY * width, 0), high.kappa + NEARLY * width, np.sign(low.excess)
+        ),
+    )

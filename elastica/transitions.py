@@ -10,11 +10,11 @@ stretch; never the bisection of a count.
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.ends import End, parse_ends
-from elastica.equilibrium import LINE_FOLD
+from elastica.ends import parse_ends
 from elastica.euler import euler_root
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
+from elastica.sweep import LINE_FOLD
 
 WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
 """Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""
@@ -61,7 +61,7 @@ def loads(event, H, ends="clamped-clamped"):
         # P/P_1 − 1 ≈ 1.2 H² for like ends and 0.98 H² for unlike ones.
         low = euler * (1 + 0.5 * H**2)
         return np.where(H < NARROW, euler, _root(slack, low, euler * widest, H))
-    pins = sum(end is End.PINNED for end in ends)
+    pins = sum(end.pinned for end in ends)
     flat_buckles = event == "flat_buckles"
 
     def slack(P, H):

@@ -34,7 +34,8 @@ def test_every_value_is_what_solve_says_at_its_labels(dataset, name, ends):
     s = elastica.solve(name, P=P, H=H, ends=ends)
     for field in ("status", "stability", "index", "nullity", "curvature", "energy", "error", "clearance"):
         assert np.array_equal(part[field], getattr(s, field), equal_nan=True), field
-    assert np.array_equal(part["eigenvalue"], s.eigenvalues(3), equal_nan=True)
+    # Linear algebra on several threads, as here, rounds differently.
+    assert part["eigenvalue"].values == pytest.approx(s.eigenvalues(3), rel=1e-11, nan_ok=True)
     assert np.array_equal(part["y"], s.shape(11).y, equal_nan=True)
     if name != "0":
         assert np.array_equal(part["reaction"], s.reaction, equal_nan=True)

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 import elastica
 from elastica import Stability, Status
-from elastica.ends import ALLOWED
 
 FOUR_PI_SQUARED = 4 * np.pi**2
+ALLOWED = ["clamped-clamped", "clamped-pinned", "pinned-clamped", "pinned-pinned"]
 ENDS = st.sampled_from(ALLOWED)
 LOADS = st.floats(0.02, 12)
 GAPS = st.floats(0.005, 0.25)
@@ -55,6 +55,7 @@ def test_a_pinned_strip_is_half_of_a_clamped_one(state, P, H):
     """Two pinned half shapes make one clamped segment of twice the size."""
     pinned = elastica.solve(state, P=P, H=H, ends="pinned-pinned")
     clamped = elastica.solve(state, P=4 * P, H=H, ends="clamped-clamped")
+    assume(not (pinned.periods.any() or clamped.periods.any()))
     if state == "U-":
         assert pinned.lengths == pytest.approx(clamped.lengths, rel=1e-11, nan_ok=True)
     else:

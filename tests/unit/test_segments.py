@@ -5,6 +5,7 @@ from scipy.integrate import solve_ivp
 from elastica.segments import (
     HALF,
     Kind,
+    arc,
     bending_energy,
     geometry,
     length,
@@ -22,6 +23,11 @@ KINDS = {
     "S with a further period": Kind(-2, 1),
     "A with a further period": Kind(-3, 1),
     "two half periods": Kind(HALF - 2, HALF),
+    "S from a spring": Kind(0, 1, 20.0),
+    "A from a spring": Kind(-1, 1, 20.0),
+    "A from a soft spring": Kind(-1, 1, 1e-9),
+    "S from a stiff spring": Kind(0, 1, 1e9),
+    "free shape between springs": Kind(-1, 1, 3.0, 50.0),
 }
 
 
@@ -44,6 +50,9 @@ def test_a_kind_follows_from_its_ends(name, first, second, turning_points):
 
 def start(kind, q):
     """Angle and curvature where a segment starts."""
+    if np.isfinite(kind.start_spring):
+        end = arc(kind, q).held[0]
+        return end.sigma * end.angle, 2 * end.sigma * q.r * np.sqrt(q.m) * end.cos
     if kind.start == int(kind.start):
         return 0.0, q.kappa if int(kind.start) % 2 == 0 else -q.kappa
     upper = int(kind.start - HALF) % 2 == 0
@@ -62,18 +71,21 @@ def test_closed_form_agrees_with_integration_of_the_differential_equation(kind, 
             bend = -p * np.sin(theta) + lam * np.cos(theta)
             return [curvature, bend, np.sin(theta), 1 - np.cos(theta), curvature**2 / 2]
 
-        run = solve_ivp(
-            strip, (0, length(kind, q)), [*start(kind, q), 0, 0, 0], method="DOP853", rtol=1e-12, atol=1e-13
-        )
+        piece = arc(kind, q)
+        ends = [*start(kind, q), 0, 0, 0]
+        run = solve_ivp(strip, (0, length(piece)), ends, method="DOP853", rtol=1e-12, atol=1e-13)
         theta, curvature, height, shorter, bending = run.y[:, -1]
-        if kind.end == 1:
+        springs = 0.5 * sum(end.c * end.angle**2 for end in piece.held)
+        if np.isfinite(kind.end_spring):
+            assert curvature == pytest.approx(-kind.end_spring * theta, abs=1e-7)
+        elif kind.end == 1:
             assert theta == pytest.approx(0, abs=1e-8)
             assert curvature == pytest.approx(-kappa, abs=1e-7)
         else:
             assert curvature == pytest.approx(0, abs=1e-7)
-        assert rise(kind, q) == pytest.approx(height, abs=1e-9)
-        assert shortening(kind, q) == pytest.approx(shorter, abs=1e-9)
-        assert bending_energy(kind, q) == pytest.approx(bending, rel=1e-8)
+        assert rise(piece) == pytest.approx(height, abs=1e-9)
+        assert shortening(piece) == pytest.approx(shorter, abs=1e-9)
+        assert bending_energy(piece) == pytest.approx(bending + springs, rel=1e-8)
         assert steepest(kind, q) >= np.abs(run.y[0]).max() - 1e-9
 
 
@@ -81,16 +93,21 @@ def test_closed_form_agrees_with_integration_of_the_differential_equation(kind, 
 def test_derivatives_agree_with_differences(kind, rng):
     p = rng.uniform(2, 150, 200)
     lam, kappa = rng.uniform(-0.9, 0.9, 200) * p, rng.uniform(0.05, 1.3, 200) * np.sqrt(p)
-    g = geometry(kind, pendulum(p, kappa, lam))
+    g = geometry(arc(kind, pendulum(p, kappa, lam)), load=True)
     h = 1e-5
-    for quantity in ("length", "rise"):
-        for variable, up, down in (
-            ("kappa", (kappa + h, lam), (kappa - h, lam)),
-            ("lam", (kappa, lam + h), (kappa, lam - h)),
+
+    def slope(quantity, step):
+        up, down = (arc(kind, pendulum(*step(change))) for change in (h, -h))
+        return (quantity(up) - quantity(down)) / (2 * h)
+
+    for name, quantity in (("length", length), ("rise", rise), ("shorter", shortening)):
+        for variable, step in (
+            ("kappa", lambda change: (p, kappa + change, lam)),
+            ("lam", lambda change: (p, kappa, lam + change)),
+            ("load", lambda change: (p * np.exp(change), kappa * np.exp(change / 2), lam * np.exp(change))),
         ):
-            difference = [getattr(geometry(kind, pendulum(p, *at)), quantity) for at in (up, down)]
-            slope = (difference[0] - difference[1]) / (2 * h)
-            assert getattr(g, f"{quantity}_{variable}") == pytest.approx(slope, rel=2e-6, abs=1e-8)
+            expected = slope(quantity, step)
+            assert getattr(g, f"{name}_{variable}") == pytest.approx(expected, rel=2e-6, abs=1e-8)
 
 
 def test_small_deflections_keep_their_digits():
@@ -99,6 +116,7 @@ def test_small_deflections_keep_their_digits():
     for lam in 10.0 ** -np.arange(3.0, 9):
         q = pendulum(np.array([p]), np.zeros(1), np.array([lam]))
         ell = 2 * np.pi / np.sqrt(p)
-        assert length(KINDS["S"], q) == pytest.approx(ell, rel=1e-3 * lam + 1e-15)
-        assert rise(KINDS["S"], q) == pytest.approx(lam * ell / p, rel=1e-3 * lam + 1e-14)
-        assert shortening(KINDS["S"], q) == pytest.approx(0.75 * (lam / p) ** 2 * ell, rel=1e-3 * lam + 1e-13)
+        piece = arc(KINDS["S"], q)
+        assert length(piece) == pytest.approx(ell, rel=1e-3 * lam + 1e-15)
+        assert rise(piece) == pytest.approx(lam * ell / p, rel=1e-3 * lam + 1e-14)
+        assert shortening(piece) == pytest.approx(0.75 * (lam / p) ** 2 * ell, rel=1e-3 * lam + 1e-13)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import elastica
-from elastica.ends import End, parse_ends
+from elastica.ends import CLAMPED, PINNED, parse_ends
 from elastica.euler import euler_modes_below, euler_root
 from elastica.states import is_canonical, parse_state
 
@@ -63,12 +63,12 @@ def test_names_without_meaning_are_refused(name):
 
 @pytest.mark.parametrize("ends", ["", "clamped", "clamped-free", "clamped-clamped-clamped", None, 3])
 def test_unknown_ends_are_refused_with_what_is_allowed(ends):
-    with pytest.raises(ValueError, match="clamped-clamped, clamped-pinned"):
+    with pytest.raises(ValueError, match="each side clamped, pinned or a spring"):
         parse_ends(ends)
 
 
 def test_ends_are_read_with_dash_or_slash():
-    assert parse_ends("clamped/pinned") == parse_ends("clamped-pinned") == (End.CLAMPED, End.PINNED)
+    assert parse_ends("clamped/pinned") == parse_ends("clamped-pinned") == (CLAMPED, PINNED)
 
 
 def test_enumeration():

@@ -57,7 +57,7 @@ BAD = [
     ("grid.P.num", 10**9, "grid.P.num = 1000000000"),
     ("grid.P.spacing", "square", "grid.P.spacing = 'square'"),
     ("grid.P", {"start": 0.0, "stop": 1.0, "num": 3, "spacing": "log"}, "cannot start at 0"),
-    ("grid.ends", ["clamped-free"], "'clamped-free' is not known; use one of clamped-clamped"),
+    ("grid.ends", ["clamped-free"], "'clamped-free' is not known; write \"A-B\""),
     ("grid.ends", "clamped-clamped", "write a list"),
     ("grid.ends", [], "name at least one"),
     ("grid.ends", ["clamped-clamped", "clamped/clamped"], "names an end condition twice"),

@@ -1,0 +1,83 @@
+"""Further full periods: how they can be shared out among the segments of a word.
+
+A segment between a wall and the opposite wall, or an end, may contain any number of further full periods of
+its pendulum. Which segments have them does not change the total length, only how many of each kind do: so
+patterns are solved in groups that have the same kinds. A segment that returns to its own wall has none:
+its period would touch that wall, which is the word with the letter repeated.
+"""
+
+from collections import Counter
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+MOST_PERIODS, MOST_PATTERNS = 8, 1000
+SHORTEST_PERIOD = 5.49
+"""√p times the shortest period below 90°, 4K(sin²(π/8))/√(√2 p)."""
+
+
+class Group(NamedTuple):
+    """Distinct segments with their number, and every pattern of periods (A to B) that has them."""
+
+    segments: Counter
+    patterns: tuple
+
+
+@cache
+def groups(state, ends, periods):
+    """Patterns with this many further periods in all, grouped by the kinds of segment they have.
+
+    Parameters
+    ----------
+    state : State
+        A contact word.
+    ends : Ends
+    periods : int
+
+    Returns
+    -------
+    tuple of Group
+        Of patterns that are mirror images of each other, one.
+    """
+    plain = state.segments(ends)
+    places = [i for i, segment in enumerate(plain) if segment.start != segment.end]
+    symmetric = state.symmetric(ends)
+    found = {}
+    for shares in _compositions(periods, len(places)):
+        pattern = [0] * len(plain)
+        for place, share in zip(places, shares, strict=True):
+            pattern[place] = share
+        pattern = tuple(pattern)
+        if symmetric and pattern < pattern[::-1]:
+            continue
+        # Sorted, so that words with the same segments in another order give identical numbers.
+        kinds = tuple(sorted(state.segments(ends, pattern)))
+        found.setdefault(kinds, []).append(pattern)
+    return tuple(Group(Counter(kinds), tuple(patterns)) for kinds, patterns in found.items())
+
+
+def most_periods(state, ends, p):
+    """Further periods that a strip under thrusts up to max(p) has room for, within what is searched.
+
+    Searched are up to 8 further periods in all, fewer for long words: no more than have 1,000 patterns.
+    """
+    places = sum(segment.start != segment.end for segment in state.segments(ends))
+    room = int(np.sqrt(np.max(p, initial=0.0)) / SHORTEST_PERIOD)
+    total, count = 0, 1
+    while total < min(room, MOST_PERIODS):
+        count *= (total + places) / (total + 1)
+        if count > MOST_PATTERNS:
+            break
+        total += 1
+    return total
+
+
+def _compositions(total, places):
+    """Every way to write `total` as a sum of `places` whole numbers, first ones large first."""
+    if places == 1:
+        yield (total,)
+        return
+    for first in range(total, -1, -1):
+        for rest in _compositions(total - first, places - 1):
+            yield (first, *rest)

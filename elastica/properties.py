@@ -1,0 +1,156 @@
+"""What is known of equilibria once κ and λ are: lengths, energies, admissibility, index and verdict.
+
+This is where the parts meet: segments, walls (`admissibility`), verdicts (`stability`), rounding
+(`accuracy`).
+"""
+
+import numpy as np
+
+from elastica.accuracy import SAFETY, rounding_bounds
+from elastica.admissibility import clearance
+from elastica.codes import Status
+from elastica.equilibrium import TINY_THRUST, pendulums_of
+from elastica.euler import euler_modes_below, euler_root
+from elastica.newton import ROUNDING
+from elastica.scales import FOUR_PI_SQUARED
+from elastica.segments import arc, bending_energy, geometry, shortening, steepest
+from elastica.stability import MARGIN, index_of_lines, index_of_points, sliding_segments, verdict
+
+TOUCHING = 1e-12
+"""Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
+
+
+def straight(state, ends, P, H):
+    """Properties of the straight strip: its index is the number of Euler loads below P."""
+    n = P.size
+    p = FOUR_PI_SQUARED * P
+    root = np.sqrt(p)
+    index = euler_modes_below(p, ends)
+    table = euler_root(np.arange(1, index.max(initial=0) + 2), ends)
+    nearest = np.minimum(np.abs(root - table[index]), np.abs(root - table[np.maximum(index - 1, 0)]))
+    critical = nearest <= 4 * ROUNDING * root
+    zero, none = np.zeros(n), np.zeros((n, 0))
+    return {
+        "status": np.full(n, Status.SOLVED, np.int8),
+        "stability": verdict(index, critical),
+        "index": index.astype(np.int16),
+        "nullity": critical.astype(np.int16),
+        "clearance": H,
+        **dict.fromkeys(
+            (
+                "curvature",
+                "energy",
+                "bending_energy",
+                "shortening",
+                "flat_length",
+                "max_slope",
+                "error",
+            ),
+            zero,
+        ),
+        "reaction": none,
+        "contact_position": none,
+        "lam": none,
+        "lengths": none,
+        "periods": none.astype(np.int8),
+    }
+
+
+def bent(state, ends, P, H, found):
+    """Properties of equilibria of any other state.
+
+    Parameters
+    ----------
+    state, ends : State, Ends
+    P, H : ndarray, shape (m,)
+        Load and gap of each equilibrium.
+    found : Equilibria
+        With m columns.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (m, ...)
+        The array attributes of `Solution`.
+    """
+    patterns, member = np.unique(found.periods, axis=1, return_inverse=True)
+    values = {}
+    for number, periods in enumerate(patterns.T):
+        columns = np.flatnonzero(member.ravel() == number)
+        segments = state.segments(ends, periods)
+        own = found.at(columns)
+        for name, value in _of_pattern(state, ends, segments, P[columns], H[columns], own).items():
+            if name not in values:
+                values[name] = np.empty((P.size, *value.shape[1:]), value.dtype)
+            values[name][columns] = value
+    return values
+
+
+def _of_pattern(state, ends, order, P, H, found):
+    """Properties of equilibria that share their segments, `order` from end A to end B."""
+    p = FOUR_PI_SQUARED * P
+    kappa, lam = found.kappa, found.lam
+    place = {segment: i for i, segment in enumerate(order)}
+    # Sorted, so that words with the same segments in another order give identical numbers.
+    segments = {segment: order.count(segment) for segment in sorted(place)}
+    pendulums = pendulums_of(list(segments), p, kappa, [lam[place[segment]] for segment in segments])
+    arcs = [arc(segment.kind, q) for segment, q in zip(segments, pendulums, strict=True)]
+    geometries = [geometry(piece) for piece in arcs]
+
+    def total(quantity):
+        return sum(count * quantity(piece) for count, piece in zip(segments.values(), arcs, strict=True))
+
+    length = dict(zip(segments, (g.length for g in geometries), strict=True))
+    lengths = np.stack([length[segment] for segment in order])
+    contacts = len(state.word)
+    room = sum(count * length[segment] for segment, count in segments.items())
+    flat = np.zeros_like(p) + (1 - room if state.line else 0.0)
+    position = np.cumsum(lengths, axis=0)[:contacts]
+    position = position + flat / max(contacts, 1) * np.arange(contacts)[:, None]
+    reaction = lam[:-1] + lam[1:] if contacts else np.zeros((0, p.size))
+    gap = clearance(arcs, segments, H)
+    slope = np.max([steepest(piece.kind, piece.q) for piece in arcs], axis=0)
+    bending, shorter = total(bending_energy), total(shortening)
+    energy = bending - p * shorter
+
+    delta_kappa, delta_length, delta_total, delta_energy = rounding_bounds(
+        segments, arcs, geometries, p, state.line
+    )
+    terms = bending + p * shorter
+    delta_energy = delta_energy + SAFETY * ROUNDING * terms
+    relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
+    error = np.max([delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST)), delta_length, relative], axis=0)
+
+    if state.line:
+        index, critical = index_of_lines(segments, flat, delta_total, p)
+        at_clamps, between_lines = sliding_segments(segments, ends)
+        nullity = at_clamps + between_lines + critical
+        stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
+    else:
+        index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
+        critical |= kappa <= MARGIN * delta_kappa
+        nullity = critical
+        stability = verdict(index, critical)
+
+    pull = kappa * np.sqrt(p) + np.abs(lam).max(axis=0)
+    admissible = (
+        (reaction >= -TOUCHING * pull).all(axis=0) & (flat >= -MARGIN * delta_total) & (gap >= -TOUCHING * H)
+    )
+    return {
+        "status": np.where(admissible, Status.SOLVED, Status.INADMISSIBLE).astype(np.int8),
+        "stability": np.where(admissible, stability, -1).astype(np.int8),
+        "index": np.where(admissible, index, -1).astype(np.int16),
+        "nullity": np.where(admissible, nullity, -1).astype(np.int16),
+        "curvature": kappa,
+        "energy": energy / FOUR_PI_SQUARED,
+        "bending_energy": bending / FOUR_PI_SQUARED,
+        "shortening": shorter,
+        "flat_length": flat,
+        "max_slope": slope,
+        "clearance": gap,
+        "reaction": reaction.T / FOUR_PI_SQUARED,
+        "contact_position": position.T,
+        "error": error,
+        "lam": lam.T,
+        "lengths": lengths.T,
+        "periods": found.periods.T.astype(np.int8),
+    }
