@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from elastica.newton import Roots
+from elastica.newton import Bracket, Roots
 from elastica.segments import arc, geometry, pendulum, shortening, steepest
 from elastica.states import Segment
 from elastica.sweep import Table, every_root
 
-NODES = 96
-SEEDS = 48
+FIRST_LOAD, LOAD_STEP = 0.4, 0.3
+"""√p of the first load at which branches are looked for, and the distance of the next."""
+END_STEPS, TURN_STEPS = 24, 24
 LONGEST_FREE_PERIOD = 7.6
 """√p times the longest period below 90°, a little more than 4K(½)."""
 MOST_STEPS = 40
@@ -144,62 +145,172 @@ def settle(segments, H, k, p, lam, target=None, bracket=None):
     return Points(found, k, p, lam)
 
 
-class Curve(NamedTuple):
-    """Branches at n gaps, traced through nodes of k: arrays (nodes, n), λ (nodes, distinct segments, n).
+class Branch(NamedTuple):
+    """Points on the branches of one set of segments at several gaps, in order of gap, then of k.
 
-    `found` is False where the branch has no point below 90°.
+    Attributes
+    ----------
+    gap : ndarray of int, shape (m,)
+        Position in the array of gaps.
+    k, p : ndarray, shape (m,)
+    lam : ndarray, shape (distinct segments, m)
+    shorter, slope : ndarray, shape (m,)
+        Shortening ΔL and dΔL/dk.
+    fold : ndarray, shape (m,)
+        d ln p/dk.
     """
 
-    H: np.ndarray
+    gap: np.ndarray
     k: np.ndarray
     p: np.ndarray
     lam: np.ndarray
-    found: np.ndarray
+    shorter: np.ndarray
+    slope: np.ndarray
+    fold: np.ndarray
+
+    @classmethod
+    def of(cls, segments, H, gap, points):
+        """Evaluate points, leave out what was not found, and sort."""
+        keep = np.flatnonzero(points.found)
+        keep = keep[np.lexsort((points.k[keep], gap[keep]))]
+        gap, points = gap[keep], points.at(keep)
+        b = bordered(segments, points.p, H[gap], points.k, points.lam)
+        return cls(gap, points.k, points.p, points.lam, b.shorter, b.shortening_k, b.load_k)
+
+    def at(self, where):
+        """Some of the points."""
+        return Branch(*(field[..., where] for field in self))
+
+    @property
+    def pairs(self):
+        """First of each two neighbours on the same branch."""
+        return np.flatnonzero(self.gap[:-1] == self.gap[1:])
 
 
-def trace(segments, H):
-    """Trace the branch of a set of segments at each gap.
+class Loads:
+    """Points (load, gap) at which branches are looked for: a grid in √p that is fine enough for each.
+
+    Parameters
+    ----------
+    H : ndarray, shape (n,)
+        Gaps.
+    turns : float
+        Full periods of the longest words.
+    """
+
+    def __init__(self, H, turns):
+        root_p = np.arange(FIRST_LOAD, LONGEST_FREE_PERIOD * turns, LOAD_STEP)
+        p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(H.size), indexing="ij"))
+        self.H = H
+        self.table = Table(p, H[self.gap])
+
+    def trace(self, segments, known=None):
+        """The branch of a set of segments at every gap.
+
+        Parameters
+        ----------
+        segments : Mapping of Segment to int
+        known : tuple of (points, Roots), optional
+            Equilibria at these loads where they have been found already, with angles beyond 90°.
+
+        Returns
+        -------
+        Branch
+        """
+        place, roots = known or every_root(segments, self.table)
+        p, gap = self.table.p[place], self.gap[place]
+        found = Points(np.ones(place.size, bool), roots.kappa / np.sqrt(p), p, roots.lam)
+        branch = Branch.of(segments, self.H, gap, found)
+        if not branch.k.size:
+            return branch
+        ends = [self._end(segments, branch, side) for side in (0, 1)]
+        branch = _joined(branch, *ends)
+        return _joined(branch, self._turns(segments, branch, "slope"), self._turns(segments, branch, "fold"))
+
+    def _end(self, segments, branch, side):
+        """Go on to κ = 0 or to κ = √(2p), or to 90° if that comes first."""
+        edge = np.diff(branch.gap, prepend=-1) if side == 0 else np.diff(branch.gap, append=self.H.size)
+        last = branch.at(np.flatnonzero(edge))
+        H = self.H[last.gap]
+        near, far = last.k, np.full_like(last.k, np.sqrt(2) * side)
+        best = Points(np.zeros(near.size, bool), last.k, last.p, last.lam)
+        ahead = far
+        for _ in range(END_STEPS):
+            there = settle(segments, H, ahead, best.p, best.lam)
+            good = there.found & below_right_angle(segments, there)
+            best = Points(
+                best.found | good,
+                *(np.where(good, new, old) for new, old in zip(there[1:], best[1:], strict=True)),
+            )
+            near, far = np.where(good, ahead, near), np.where(good, far, ahead)
+            ahead = 0.5 * (near + far)
+        return Branch.of(segments, self.H, last.gap, best)
+
+    def _turns(self, segments, branch, name):
+        """Extremes of the shortening or of the load between neighbours, by false position on the slope."""
+        first = branch.pairs
+        values = getattr(branch, name)
+        first = first[values[first] * values[first + 1] < 0]
+        left, right = branch.at(first), branch.at(first + 1)
+        H = self.H[left.gap]
+        a, b, slope_a, slope_b = left.k, right.k, getattr(left, name), getattr(right, name)
+        here = Points(np.zeros(a.size, bool), a, left.p, left.lam)
+        for step in range(TURN_STEPS):
+            share = slope_a / (slope_a - slope_b) if step % 3 else 0.5
+            k = a + (b - a) * share
+            here = settle(segments, H, k, here.p, here.lam)
+            linear = bordered(segments, here.p, H, k, here.lam)
+            slope = linear.shortening_k if name == "slope" else linear.load_k
+            before = slope * slope_a > 0
+            a, slope_a = np.where(before, k, a), np.where(before, slope, slope_a)
+            b, slope_b = np.where(before, b, k), np.where(before, slope_b, slope)
+        return Branch.of(segments, self.H, left.gap, here)
+
+
+def _joined(*parts):
+    """Branches merged in order of gap and k, equal points once."""
+    joined = Branch(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
+    order = np.lexsort((joined.k, joined.gap))
+    again = (np.diff(joined.k[order]) == 0) & (np.diff(joined.gap[order]) == 0)
+    return joined.at(order[np.concatenate([[True], ~again])])
+
+
+def at_shortening(segments, branch, H, target, gap):
+    """Points of branches with given shortenings.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
-    H : ndarray, shape (n,)
+    branch : Branch
+    H : ndarray
+        Gaps that `branch.gap` counts.
+    target, gap : ndarray, shape (n,)
+        Shortening, and position of its gap.
 
     Returns
     -------
-    Curve
+    which : ndarray of int, shape (m,)
+        Positions in `target`.
+    points : Points
     """
-    turns = sum(count * (kind.first + abs(kind.second)) / 4 for (kind, *_), count in segments.items())
-    root_p = np.linspace(0.4, LONGEST_FREE_PERIOD * turns, SEEDS)
-    p, gap = (grid.ravel() for grid in np.meshgrid(root_p**2, H, indexing="ij"))
-    points, roots = every_root(segments, Table(p, gap))
-    seed_k, seed_gap = roots.kappa / np.sqrt(p[points]), points % H.size
-    grade = 0.25 * np.pi * H
-    k = grade * np.sinh(np.linspace(0, 1, NODES)[:, None] * np.arcsinh(np.sqrt(2) / grade))
-    k[-1] = np.sqrt(2)
-    nearest = np.full(k.shape, -1)
-    for i in range(H.size):
-        own = np.flatnonzero(seed_gap == i)
-        if own.size:
-            distance = np.abs(np.arcsinh(k[:, i, None] / grade[i]) - np.arcsinh(seed_k[own] / grade[i]))
-            nearest[:, i] = own[distance.argmin(axis=1)]
-    seeded = np.nonzero(nearest >= 0)
-    seed = nearest[seeded]
-    start_p = p[points[seed]]
-    there = settle(segments, H[seeded[1]], k[seeded], start_p, roots.lam[:, seed])
-    good = there.found & below_right_angle(segments, there)
-    curve = Curve(
-        H,
-        k,
-        np.full(k.shape, np.nan),
-        np.full((NODES, len(segments), H.size), np.nan),
-        np.zeros(k.shape, bool),
+    first = branch.pairs
+    order = np.lexsort((target, gap))
+    # One number orders by gap, then by shortening, which lies between 0 and 2.
+    key = 4.0 * gap[order] + target[order]
+    begin, end = (
+        np.searchsorted(key, 4.0 * branch.gap[first] + side(branch.shorter[first], branch.shorter[first + 1]))
+        for side in (np.minimum, np.maximum)
     )
-    node, gap = (place[good] for place in seeded)
-    curve.found[node, gap] = True
-    curve.p[node, gap] = there.p[good]
-    curve.lam[node, :, gap] = there.lam[:, good].T
-    return curve
+    pair = np.repeat(first, end - begin)
+    offset = np.arange(pair.size) - np.repeat(np.cumsum(end - begin) - (end - begin), end - begin)
+    which = order[np.repeat(begin, end - begin) + offset]
+    left, right = branch.at(pair), branch.at(pair + 1)
+    missing = left.shorter - target[which]
+    share = np.clip(missing / (left.shorter - right.shorter), 0, 1)
+    start = (a + (b - a) * share for a, b in zip(left[1:4], right[1:4], strict=True))
+    bracket = Bracket(left.k.copy(), right.k.copy(), np.sign(missing))
+    points = settle(segments, H[left.gap], *start, target[which], bracket)
+    return which[points.found], points.at(points.found)
 
 
 def below_right_angle(segments, points):
@@ -213,35 +324,39 @@ def below_right_angle(segments, points):
 
 @cache
 def free_branch(kind, onset):
-    """The branch of a free mode from its Euler load √p = `onset` to just beyond its fold, if it has one.
+    """The branch of a free mode from its Euler load √p = `onset` to the loop where κ/√p = 1.98.
 
     Returns
     -------
-    k, p, ratio : ndarray, shape (nodes,)
-        κ/√p, thrust and λ/(κ√p). The largest p is that of the fold, to rounding.
+    k, p, ratio, shorter : ndarray, shape (nodes,)
+        κ/√p, thrust, λ/(κ√p) and shortening.
+    last : int
+        Node of the fold, where p is largest, or the last one.
     """
     segments = {Segment(kind, 0, 0): 1}
     nothing = np.zeros(1)
 
     def at(k, p, ratio):
-        start = np.array([k]), np.array([p]), np.array([[ratio * k * p]])
-        point = settle(segments, nothing, *start)
-        slope = bordered(segments, point.p, nothing, point.k, point.lam).load_k[0]
-        return float(point.p[0]), float(point.lam[0, 0] / (k * point.p[0])), slope, bool(point.found[0])
+        """Load, ratio and shortening at k from a start, and the slope of the load."""
+        point = settle(segments, nothing, np.array([k]), np.array([p]), np.array([[ratio * k * p]]))
+        linear = bordered(segments, point.p, nothing, point.k, point.lam)
+        here = point.p[0], point.lam[0, 0] / (k * point.p[0]), linear.shorter[0]
+        return tuple(map(float, here)), float(linear.load_k[0]) if point.found[0] else np.nan
 
-    k, p, ratio = [0.0], [onset**2], [_onset_ratio(kind, onset)]
+    nodes = [(0.0, onset**2, _onset_ratio(kind, onset), 0.0)]
+    last = None
     for ahead in FREE_NODES:
-        load, tilt, slope, found = at(ahead, p[-1], ratio[-1])
-        if not found:
+        k, p, ratio, _ = nodes[-1]
+        here, slope = at(ahead, p, ratio)
+        if np.isnan(slope):
             break
-        if slope < 0:
-            near = p[-1], ratio[-1]
-            fold = brentq(lambda k, near=near: at(k, *near)[2], k[-1] or 1e-3, ahead, xtol=1e-12)
-            top = at(fold, *near)
-            k, p, ratio = [*k, fold, ahead], [*p, top[0], load], [*ratio, top[1], tilt]
-            break
-        k, p, ratio = [*k, ahead], [*p, load], [*ratio, tilt]
-    return np.array(k), np.array(p), np.array(ratio)
+        if slope < 0 and last is None:
+            near = p, ratio
+            fold = brentq(lambda k, near=near: at(k, *near)[1], k or 1e-3, ahead, xtol=1e-12)
+            last = len(nodes)
+            nodes.append((fold, *at(fold, *near)[0]))
+        nodes.append((ahead, *here))
+    return (*np.array(nodes).T, len(nodes) - 1 if last is None else last)
 
 
 def _onset_ratio(kind, onset):

@@ -10,13 +10,11 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import CHUNK, every, find
-from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import broadcast, unusable
+from elastica.shortening_control import Targets
+from elastica.solution import broadcast, prescribed, solution_of, solve, unusable
 from elastica.states import parse_state, states
 from elastica.sweep import Table
-
-PER_CONTACT = ("reaction", "contact_position")
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +65,8 @@ class FoundStates:
 
     def __str__(self):
         """One line a state."""
-        lines = [
-            f"{'P':>10} {'H':>10}  {'state':<10} {'stability':<22} {'index':>5} {'energy':>16} {'shortening':>12}"
-        ]
+        heads = f"{'P':>10} {'H':>10}  {'state':<10} {'stability':<22} {'index':>5}"
+        lines = [f"{heads} {'energy':>16} {'shortening':>12}"]
         for row in range(len(self)):
             lines.append(
                 f"{self.P[row]:>10.6g} {self.H[row]:>10.6g}  {self.state[row]:<10} "
@@ -79,17 +76,20 @@ class FoundStates:
         return "\n".join(lines)
 
 
-def find_states(P, H, ends="clamped-clamped", max_contacts=3):
+COLUMNS = [f.name for f in fields(FoundStates) if f.name not in ("ends", "point", "state", "reasons")]
+
+
+def find_states(P=None, H=None, ends="clamped-clamped", max_contacts=3, shortening=None):
     """All admissible equilibria at every point of broadcast arrays.
 
-    Complete for |θ| < 90° up to `max_contacts` contacts (and 8 further full periods); of steeper states
-    those that continue a branch of alternating contacts or of free buckling.
+    Complete for |θ| < 90° up to `max_contacts` contacts and 8 further full periods (3 at prescribed
+    shortening); of steeper states those that continue a branch of alternating contacts or of free
+    buckling.
 
     Parameters
     ----------
-    P, H : array_like
-        Load and half gap, as in `solve`.
-    ends : str
+    P, H, ends, shortening
+        As in `solve`.
     max_contacts : int
         From 0 to 10.
 
@@ -100,7 +100,7 @@ def find_states(P, H, ends="clamped-clamped", max_contacts=3):
     Raises
     ------
     ValueError
-        If the ends, the number of contacts or the shapes of P and H make no sense.
+        As `solve` does, and if the number of contacts makes no sense.
 
     Examples
     --------
@@ -109,44 +109,78 @@ def find_states(P, H, ends="clamped-clamped", max_contacts=3):
     """
     ends = parse_ends(ends)
     names = states(ends, max_contacts)
-    P, H, _ = broadcast(P=P, H=H)
-    reasons = unusable(P, H)
-    good = np.setdiff1d(np.arange(P.size), list(reasons))
-    rows = [
-        (point[keep], name[keep], {key: value[keep] for key, value in values.items()})
-        for point, name, values in _search(names, ends, P[good], H[good], admissible=True)
-        for keep in [values["status"] == Status.SOLVED]
-    ]
-    return _table(ends, rows, good, P, H, reasons, max_contacts)
+    control, given = prescribed(P, shortening)
+    given, H, _ = broadcast(**{control: given, "H": H})
+    reasons = unusable(control, given, H)
+    good = np.setdiff1d(np.arange(given.size), list(reasons))
+    found = search(names, ends, control, given[good], H[good], admissible=True)
+    rows = []
+    for point, number, solution in found:
+        name = solution.state.name
+        roots = np.array([name, *(f"{name}:{n}" for n in range(2, number.max(initial=1) + 1))])
+        keep = np.flatnonzero(solution.status == Status.SOLVED)
+        rows.append((good[point[keep]], roots[number[keep] - 1], solution, keep))
+    columns = {
+        name: np.concatenate([_padded(getattr(s, name), max_contacts)[keep] for *_, s, keep in rows])
+        for name in COLUMNS
+    }
+    point, state = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
+    order = np.lexsort((columns["energy" if control == "P" else "bending_energy"], point))
+    columns = {name: values[order] for name, values in columns.items()}
+    return FoundStates(ends, point[order], state[order], **columns, reasons=reasons)
 
 
-def _search(names, ends, P, H, admissible=False):
+def _padded(values, contacts):
+    """Values of each contact filled up with NaN; others as they are."""
+    if values.ndim == 1:
+        return values
+    return np.pad(values, ((0, 0), (0, contacts - values.shape[1])), constant_values=np.nan)
+
+
+def search(names, ends, control, given, H, admissible=False):
     """Solve names and all further roots of the words among them.
 
     Parameters
     ----------
+    names : sequence of str
+        Canonical, without root numbers.
+    ends : Ends
+    control : str
+        "P" or "shortening".
+    given, H : ndarray, shape (n,)
+        Loads or shortenings, and half gaps; possible ones.
     admissible : bool
         Leave out what has a negative reaction before its properties are computed.
 
     Yields
     ------
     points : ndarray of int, shape (m,)
-    names : ndarray of str, shape (m,)
-    values : dict of str to ndarray, shape (m, ...)
+    numbers : ndarray of int, shape (m,)
+        Of the roots.
+    values : Solution
+        Of the first root's name, shape (m,).
     """
+    longest = max((len(parse_state(name, ends).word) for name in names), default=0)
     with np.errstate(all="ignore"):
         # By load, so that few points share a chunk with loads that have room for more periods.
-        for points in np.array_split(np.argsort(P, kind="stable"), max(1, -(-P.size // CHUNK))):
-            load, gap = P[points], H[points]
-            p = FOUR_PI_SQUARED * load
-            pressed = np.flatnonzero(p > 0)
-            table = Table(p[pressed], gap[pressed])
+        order = np.argsort(given if control == "P" else H, kind="stable")
+        for points in np.array_split(order, max(1, -(-given.size // CHUNK))):
+            value, gap = given[points], H[points]
+            if control == "P":
+                p = FOUR_PI_SQUARED * value
+                pressed = np.flatnonzero(p > 0)
+                table = Table(p[pressed], gap[pressed])
+            else:
+                targets = Targets(value, gap, longest)
             for name in names:
                 state = parse_state(name, ends)
                 if state.straight:
-                    yield points, np.full(points.size, name), straight(state, ends, load, gap)
+                    solution = solve(name, H=gap, ends=ends, **{control: value})
+                    yield points, np.ones_like(points), solution
                     continue
-                if state.mode:
+                if control != "P":
+                    found = targets.every(state, ends)
+                elif state.mode:
                     found = find(state, ends, p, gap)
                 else:
                     found = every(state, ends, p[pressed], gap[pressed], table)
@@ -155,27 +189,7 @@ def _search(names, ends, P, H, admissible=False):
                     pull = np.abs(found.lam).max(axis=0, initial=0)
                     pushes = (found.lam[:-1] + found.lam[1:] >= -1e-9 * pull).all(axis=0)
                     found = found.at(pushes | (found.kappa == 0))
-                if not found.point.size:
-                    continue
-                roots = [name, *(f"{name}:{number}" for number in range(2, found.number.max() + 1))]
-                own = found.point
-                values = bent(state, ends, load[own], gap[own], found)
-                yield points[own], np.array(roots)[found.number - 1], values
-
-
-def _table(ends, rows, good, P, H, reasons, contacts):
-    """Rows of all states as columns, sorted by point and energy."""
-    columns = {}
-    for name in (f.name for f in fields(FoundStates)):
-        if name in ("ends", "point", "state", "P", "H", "reasons"):
-            continue
-        parts = [values[name] for _, _, values in rows]
-        if name in PER_CONTACT:
-            parts = [np.pad(p, ((0, 0), (0, contacts - p.shape[1])), constant_values=np.nan) for p in parts]
-        columns[name] = np.concatenate(parts)
-    point = good[np.concatenate([point for point, _, _ in rows])]
-    order = np.lexsort((columns["energy"], point))
-    state = np.concatenate([names for _, names, _ in rows])[order]
-    columns = {name: values[order] for name, values in columns.items()}
-    point = point[order]
-    return FoundStates(ends, point, state, P[point], H[point], **columns, reasons=reasons)
+                if found.point.size:
+                    own = found.point
+                    solution = solution_of(state, ends, control, value[own], gap[own], found)
+                    yield points[own], found.number, solution

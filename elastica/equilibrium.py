@@ -49,6 +49,8 @@ class Equilibria(NamedTuple):
         From end A to end B.
     periods : ndarray of int, shape (segments, m)
         Further full periods of each segment.
+    p : ndarray, shape (m,)
+        Thrust.
     """
 
     point: np.ndarray
@@ -56,6 +58,7 @@ class Equilibria(NamedTuple):
     kappa: np.ndarray
     lam: np.ndarray
     periods: np.ndarray
+    p: np.ndarray
 
     def at(self, where):
         """Some of the equilibria."""
@@ -80,12 +83,12 @@ def find(state, ends, p, H):
         steeper one on the branch that grows from small deflections or from a free shape that touches
         the wall.
     """
-    if state.mode or (state.root == 1 and not state.line and _alternates(state, ends)):
+    if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
         first = _first(state, ends, p, H)
         missing = np.setdiff1d(np.arange(p.size), first.point) if not state.mode else np.arange(0)
         if not missing.size:
             return first
-        others = _numbered([_others(state, ends, p[missing], H[missing])])
+        others = numbered([_others(state, ends, p[missing], H[missing])])
         others = others._replace(point=missing[others.point])
         return _sorted([first, others.at(others.number == 1)])
     found = every(state, ends, p, H)
@@ -113,11 +116,11 @@ def every(state, ends, p, H, table=None):
     """
     if state.line:
         return _lines(state, ends, p, H)
-    first = [_first(state, ends, p, H)] if _alternates(state, ends) else []
-    return _numbered([*first, _others(state, ends, p, H, table)])
+    first = [_first(state, ends, p, H)] if alternates(state, ends) else []
+    return numbered([*first, _others(state, ends, p, H, table)])
 
 
-def _alternates(state, ends):
+def alternates(state, ends):
     """Whether all segments are of kind S: their length falls with κ, so there is one root at most."""
     return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
@@ -126,26 +129,26 @@ def _first(state, ends, p, H):
     """The root of a state that has one at most, without further periods."""
     plain = state.segments(ends)
     (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
-    roots = _free(state, ends, p) if state.mode else _alternating(group.segments, p, H)
+    roots = _free(state, ends, p) if state.mode else alternating(group.segments, p, H)
     found = np.flatnonzero(roots.found)
-    return _spread(plain, group, found, roots.at(found), number=1)
+    return spread(plain, group, found, roots.at(found), p[found], number=1)
 
 
 def _others(state, ends, p, H, table=None):
     """Roots that a sweep finds: those with further periods, and of words that do not alternate all."""
     found = []
-    alternates = _alternates(state, ends)
+    least = int(alternates(state, ends))
     pressed = np.flatnonzero(p > 0)
     if table is None:
         # By load, so that few of them share a chunk with loads that have room for more periods.
         pressed = pressed[np.argsort(p[pressed], kind="stable")]
     for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
         shared = table or Table(p[points], H[points])
-        for periods in range(int(alternates), most_periods(state, ends, p[points]) + 1):
+        for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
                 place, roots = every_root(group.segments, shared)
-                found.append(_spread(state.segments(ends), group, points[place], roots))
-    return _sorted(found) if found else _none(len(state.word) + 1)
+                found.append(spread(state.segments(ends), group, points[place], roots, p[points[place]]))
+    return _sorted(found) if found else no_equilibria(len(state.word) + 1)
 
 
 def _lines(state, ends, p, H):
@@ -162,11 +165,11 @@ def _lines(state, ends, p, H):
             if periods:
                 roots.found[:] &= _total_length(group.segments, p, roots) <= 1
             there = np.flatnonzero(roots.found)
-            found.append(_spread(state.segments(ends), group, there, roots.at(there)))
-    return _numbered(found)
+            found.append(spread(state.segments(ends), group, there, roots.at(there), p[there]))
+    return numbered(found)
 
 
-def _spread(plain, group, points, roots, number=2):
+def spread(plain, group, points, roots, p, number=2):
     """Roots of a group as equilibria of each of its patterns, with λ from end A to end B."""
     distinct = list(group.segments)
     columns = []
@@ -177,33 +180,36 @@ def _spread(plain, group, points, roots, number=2):
         ]
         periods = np.repeat(np.array(pattern)[:, None], points.size, axis=1)
         columns.append(
-            Equilibria(points, np.full_like(points, number), roots.kappa, roots.lam[order], periods)
+            Equilibria(points, np.full_like(points, number), roots.kappa, roots.lam[order], periods, p)
         )
-    return _joined(columns)
+    return joined_columns(columns)
 
 
-def _joined(parts):
+def joined_columns(parts):
+    """Columns of several equilibria side by side."""
     return Equilibria(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
 
 
 def _sorted(parts):
     """Equilibria in order of their points, otherwise as they come."""
-    joined = _joined(parts)
+    joined = joined_columns(parts)
     return joined.at(np.argsort(joined.point, kind="stable"))
 
 
-def _numbered(parts):
+def numbered(parts):
     """Equilibria numbered at each point by increasing κ, after those that have the number 1 already."""
-    joined = _joined(parts)
+    joined = joined_columns(parts)
     few = joined.periods.sum(axis=0)
     joined = joined.at(np.lexsort((*-joined.periods[::-1], few, joined.kappa, joined.number, joined.point)))
     begins = np.searchsorted(joined.point, joined.point, side="left")
     return joined._replace(number=np.arange(joined.point.size) - begins + 1)
 
 
-def _none(segments):
+def no_equilibria(segments):
+    """No columns, of a word with this many segments."""
     nothing = np.zeros(0, int)
-    return Equilibria(nothing, nothing, np.zeros(0), np.zeros((segments, 0)), np.zeros((segments, 0), int))
+    empty = np.zeros((segments, 0))
+    return Equilibria(nothing, nothing, np.zeros(0), empty, empty.astype(int), np.zeros(0))
 
 
 def unresolved_load(state, ends):
@@ -217,8 +223,8 @@ def unresolved_load(state, ends):
     ((kind, *_),) = state.segments(ends)
     if _periodic(kind):
         return (kind.first * LARGEST_K) ** 2
-    p = free_branch(kind, float(euler_root(state.mode, ends)))[1]
-    return np.inf if p[-1] < p.max() else p[-1]
+    _, p, _, _, last = free_branch(kind, float(euler_root(state.mode, ends)))
+    return p[last] if last + 1 == p.size else np.inf
 
 
 def pendulums_of(segments, p, kappa, lam):
@@ -263,8 +269,7 @@ def _free(state, ends, p):
         kappa = 2 * np.sqrt(p[buckled] * (1 - m1))
         roots.put(buckled, Roots(np.ones(buckled.size, bool), kappa, np.zeros((1, buckled.size))))
         return roots
-    k, load, ratio = free_branch(kind, onset)
-    last = load.argmax()
+    k, load, ratio, _, last = free_branch(kind, onset)
     buckled = np.flatnonzero((np.sqrt(p) > onset) & (p <= load[last]))
     p = p[buckled]
     # Near its Euler load a branch is a parabola, p − p_n ∝ k².
@@ -276,7 +281,7 @@ def _free(state, ends, p):
     return roots
 
 
-def _alternating(segments, p, H):
+def alternating(segments, p, H):
     """Words whose segments are all of kind S: the length falls with κ, so there is one root at most.
 
     It exists where the segments are longer than the strip at κ = 0.

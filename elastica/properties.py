@@ -8,22 +8,30 @@ import numpy as np
 
 from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
+from elastica.branch import bordered
 from elastica.codes import Status
 from elastica.equilibrium import TINY_THRUST, pendulums_of
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.segments import arc, bending_energy, geometry, shortening, steepest
-from elastica.stability import MARGIN, index_of_lines, index_of_points, sliding_segments, verdict
+from elastica.stability import (
+    FOLD_TOLERANCE,
+    MARGIN,
+    index_of_lines,
+    index_of_points,
+    response_of_lines,
+    sliding_segments,
+    verdict,
+)
 
 TOUCHING = 1e-12
 """Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
 
 
-def straight(state, ends, P, H):
-    """Properties of the straight strip: its index is the number of Euler loads below P."""
-    n = P.size
-    p = FOUR_PI_SQUARED * P
+def straight(ends, p, H):
+    """Properties of the straight strip: its index is the number of Euler loads below p."""
+    n = p.size
     root = np.sqrt(p)
     index = euler_modes_below(p, ends)
     table = euler_root(np.arange(1, index.max(initial=0) + 2), ends)
@@ -31,6 +39,7 @@ def straight(state, ends, P, H):
     critical = nearest <= 4 * ROUNDING * root
     zero, none = np.zeros(n), np.zeros((n, 0))
     return {
+        "P": p / FOUR_PI_SQUARED,
         "status": np.full(n, Status.SOLVED, np.int8),
         "stability": verdict(index, critical),
         "index": index.astype(np.int16),
@@ -56,16 +65,18 @@ def straight(state, ends, P, H):
     }
 
 
-def bent(state, ends, P, H, found):
+def bent(state, ends, H, found, fixed_shortening=False):
     """Properties of equilibria of any other state.
 
     Parameters
     ----------
     state, ends : State, Ends
-    P, H : ndarray, shape (m,)
-        Load and gap of each equilibrium.
+    H : ndarray, shape (m,)
+        Gap of each equilibrium.
     found : Equilibria
         With m columns.
+    fixed_shortening : bool
+        Whether the verdict is for prescribed shortening, not for prescribed load.
 
     Returns
     -------
@@ -78,17 +89,16 @@ def bent(state, ends, P, H, found):
         columns = np.flatnonzero(member.ravel() == number)
         segments = state.segments(ends, periods)
         own = found.at(columns)
-        for name, value in _of_pattern(state, ends, segments, P[columns], H[columns], own).items():
+        for name, value in _of_pattern(state, ends, segments, H[columns], own, fixed_shortening).items():
             if name not in values:
-                values[name] = np.empty((P.size, *value.shape[1:]), value.dtype)
+                values[name] = np.empty((H.size, *value.shape[1:]), value.dtype)
             values[name][columns] = value
     return values
 
 
-def _of_pattern(state, ends, order, P, H, found):
+def _of_pattern(state, ends, order, H, found, fixed_shortening):
     """Properties of equilibria that share their segments, `order` from end A to end B."""
-    p = FOUR_PI_SQUARED * P
-    kappa, lam = found.kappa, found.lam
+    p, kappa, lam = found.p, found.kappa, found.lam
     place = {segment: i for i, segment in enumerate(order)}
     # Sorted, so that words with the same segments in another order give identical numbers.
     segments = {segment: order.count(segment) for segment in sorted(place)}
@@ -122,11 +132,20 @@ def _of_pattern(state, ends, order, P, H, found):
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)
+        if fixed_shortening:
+            index = index - ((index > 0) & (response_of_lines(segments, arcs) < 0))
         at_clamps, between_lines = sliding_segments(segments, ends)
         nullity = at_clamps + between_lines + critical
         stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
+        if fixed_shortening:
+            distinct = np.stack([lam[place[segment]] for segment in segments])
+            linear = bordered(segments, p, H, kappa / np.sqrt(p), distinct)
+            index = index - (linear.shortening_k * linear.load_k < 0)
+            critical = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * (
+                np.abs(linear.shorter_k) + np.abs(linear.shortening_k - linear.shorter_k)
+            )
         critical |= kappa <= MARGIN * delta_kappa
         nullity = critical
         stability = verdict(index, critical)
@@ -136,6 +155,7 @@ def _of_pattern(state, ends, order, P, H, found):
         (reaction >= -TOUCHING * pull).all(axis=0) & (flat >= -MARGIN * delta_total) & (gap >= -TOUCHING * H)
     )
     return {
+        "P": p / FOUR_PI_SQUARED,
         "status": np.where(admissible, Status.SOLVED, Status.INADMISSIBLE).astype(np.int8),
         "stability": np.where(admissible, stability, -1).astype(np.int8),
         "index": np.where(admissible, index, -1).astype(np.int16),

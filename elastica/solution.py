@@ -10,8 +10,10 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import find, unresolved_load
+from elastica.euler import euler_root
 from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.shortening_control import Targets
 from elastica.states import State, parse_state
 
 LARGEST_LOAD = 1e6
@@ -27,6 +29,8 @@ class Solution:
     Attributes
     ----------
     state, ends : State, Ends
+    control : str
+        "P" or "shortening": what is prescribed. Stability is that under this control.
     P, H : ndarray, shape (...)
     status : ndarray of int8
         Codes of `Status`.
@@ -54,6 +58,7 @@ class Solution:
 
     state: State
     ends: Ends
+    control: str
     P: np.ndarray
     H: np.ndarray
     status: np.ndarray
@@ -114,19 +119,25 @@ class Solution:
         return sample(self, samples)
 
 
-def solve(state, *, P, H, ends="clamped-clamped"):
+def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None):
     """Find a state, its admissibility and its stability at every point of broadcast arrays.
+
+    Either the load or the shortening is prescribed.
 
     Parameters
     ----------
     state : str
-        Name such as "0", "B1", "U", "Ua", "U-".
-    P : array_like
+        Name such as "0", "B1", "U", "Ua", "U-", "UD:2".
+    P : array_like, optional
         Load P*L²/(4π²EI), from 0 to 1e6.
     H : array_like
         Half gap H*/L, positive.
     ends : str
-        "clamped-clamped" (default), "clamped-pinned", "pinned-clamped" or "pinned-pinned".
+        "clamped-clamped" (default) or any other pair of "clamped", "pinned" and spring constants k ≥ 0,
+        such as "clamped-pinned", "0.3/2.5" or "clamped/2.5".
+    shortening : array_like, optional
+        Approach of the ends ΔL*/L, from 0 to 2. `P` is then part of the answer, and stability is
+        that at fixed shortening.
 
     Returns
     -------
@@ -135,35 +146,80 @@ def solve(state, *, P, H, ends="clamped-clamped"):
     Raises
     ------
     ValueError
-        If the state, the ends or the shapes of P and H make no sense. A bad number inside an array
-        makes that point `failed`, with its reason in `reasons`, and nothing else.
+        If the state, the ends or the shapes of the arrays make no sense, or not exactly one of P and
+        shortening is given. A bad number inside an array makes that point `failed`, with its reason in
+        `reasons`, and nothing else.
 
     Examples
     --------
-    >>> s = solve("U", P=[2.5, 3.95], H=0.1)
+    >>> s = solve("U", P=[2.5, 2.6], H=0.1)
     >>> s.status.tolist(), s.stability.tolist()
-    ([0, 1], [0, -1])
+    ([0, 0], [0, 0])
+    >>> s = solve("Ua", shortening=0.0075, H=0.05)
+    >>> print(s.P.round(4), s.index, solve("Ua", P=s.P, H=0.05).index)
+    3.776 1 1
     """
     ends = parse_ends(ends)
     state = parse_state(state, ends)
-    P, H, shape = broadcast(P=P, H=H)
-    reasons = unusable(P, H, unresolved_load(state, ends) / FOUR_PI_SQUARED)
-    usable = np.ones(P.size, bool)
+    control, values = prescribed(P, shortening)
+    given, H, shape = broadcast(**{control: values, "H": H})
+    unresolved = unresolved_load(state, ends) / FOUR_PI_SQUARED if control == "P" else np.inf
+    reasons = unusable(control, given, H, unresolved)
+    usable = np.ones(given.size, bool)
     usable[list(reasons)] = False
     at = np.flatnonzero(usable)
     with np.errstate(all="ignore"):
-        if state.straight:
-            values = straight(state, ends, P[at], H[at])
-        else:
-            found = find(state, ends, FOUR_PI_SQUARED * P[at], H[at])
-            at = at[found.point]
-            values = bent(state, ends, P[at], H[at], found)
-    arrays = blank(state, P.size)
+        at, values = _values(state, ends, control, given, H, at)
+    arrays = blank(state, given.size)
     arrays["status"][usable] = Status.NO_EQUILIBRIUM
     for name, value in values.items():
         arrays[name][at] = value
+    arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
-    return Solution(state, ends, P.reshape(shape), H.reshape(shape), **arrays, reasons=reasons)
+    return Solution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons)
+
+
+def prescribed(P, shortening):
+    """Name and values of what is prescribed."""
+    if (P is None) == (shortening is None):
+        raise ValueError("give either P or shortening: one is prescribed, the other follows")
+    return ("P", P) if shortening is None else ("shortening", shortening)
+
+
+def solution_of(state, ends, control, given, H, found):
+    """A solution with one point for each column of `found`.
+
+    Parameters
+    ----------
+    state : State
+    ends : Ends
+    control : str
+    given, H : ndarray, shape (m,)
+        The prescribed values and gaps of the columns.
+    found : Equilibria
+        With m columns, their root numbers regardless of the state's.
+    """
+    arrays = blank(state, given.size) | bent(state, ends, H, found, control == "shortening")
+    arrays[control] = given
+    return Solution(state, ends, control, H=H, **arrays)
+
+
+def _values(state, ends, control, given, H, at):
+    """Properties of a state at the flat indices `at`: those where it is an equilibrium, and their values."""
+    if control == "P":
+        p = FOUR_PI_SQUARED * given[at]
+        if state.straight:
+            return at, straight(ends, p, H[at])
+        found = find(state, ends, p, H[at])
+    elif state.straight:
+        # The straight strip has no shortening, and any load up to the one at which it buckles.
+        at = at[given[at] == 0]
+        return at, straight(ends, np.full(at.size, float(euler_root(1, ends)) ** 2), H[at])
+    else:
+        found = Targets(given[at], H[at], len(state.word)).every(state, ends)
+        found = found.at(found.number == state.root)
+    at = at[found.point]
+    return at, bent(state, ends, H[at], found, control == "shortening")
 
 
 MISSING = {
@@ -183,7 +239,7 @@ def blank(state, n):
     contacts = len(state.word)
     widths = dict.fromkeys(PER_CONTACT, (contacts,))
     widths |= dict.fromkeys(PER_SEGMENT, (0 if state.straight else contacts + 1,))
-    names = [f.name for f in fields(Solution) if f.name not in ("state", "ends", "P", "H", "reasons")]
+    names = [f.name for f in fields(Solution) if f.name not in ("state", "ends", "control", "H", "reasons")]
     return {
         name: np.full((n, *widths.get(name, ())), MISSING.get(name, np.nan), TYPES.get(name, float))
         for name in names
@@ -198,6 +254,9 @@ def broadcast(**arrays):
     ValueError
         If they are no numbers or do not broadcast; the message names them.
     """
+    for name, values in arrays.items():
+        if values is None:
+            raise ValueError(f"{name} is missing; give a number or an array")
     try:
         first, second = np.broadcast_arrays(*(np.asarray(values, float) for values in arrays.values()))
     except (TypeError, ValueError) as problem:
@@ -205,19 +264,21 @@ def broadcast(**arrays):
     return first.ravel().copy(), second.ravel().copy(), first.shape
 
 
-def unusable(P, H, unresolved=np.inf):
+def unusable(control, given, H, unresolved=np.inf):
     """Reasons why points cannot be solved, by flat index."""
+    largest = {"P": LARGEST_LOAD, "shortening": 2.0}[control]
+    what = {"P": "a load", "shortening": "an approach of the ends"}[control]
     reasons = {}
     for name, values, good, allowed in (
-        ("P", P, (P >= 0) & (P <= LARGEST_LOAD), f"give a load from 0 to {LARGEST_LOAD:g}"),
+        (control, given, (given >= 0) & (given <= largest), f"give {what} from 0 to {largest:g}"),
         ("H", H, (H > 0) & np.isfinite(H), "give a half gap above 0, below 0.5 if it is to matter"),
     ):
         for point in np.flatnonzero(~good):
             reasons.setdefault(int(point), f"{name} = {values[point]:g} is not possible; {allowed}")
-    for point in np.flatnonzero(P >= unresolved):
+    for point in np.flatnonzero(given >= unresolved):
         reasons.setdefault(
             int(point),
-            f"P = {P[point]:g}: above {unresolved:.4g} this shape is a loop narrower than numbers "
+            f"P = {given[point]:g}: above {unresolved:.4g} this shape is a loop narrower than numbers "
             "of double precision can tell",
         )
     return reasons

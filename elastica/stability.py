@@ -23,6 +23,7 @@ For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 
 import numpy as np
 
 from elastica.codes import Stability
+from elastica.segments import geometry
 
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
@@ -78,6 +79,18 @@ def index_of_lines(segments, flat_length, delta, p):
     beyond = flat_length - 2 * np.pi / np.sqrt(p)
     critical = np.minimum(np.abs(flat_length), np.abs(beyond)) <= MARGIN * delta
     return turning + (beyond > 0), critical
+
+
+def response_of_lines(segments, arcs):
+    """Change dΔL/d ln p of the shortening of line states along their branch, shape (n,).
+
+    Where it is negative, prescribing the shortening takes one negative direction away.
+    """
+    response = 0.0
+    for count, piece in zip(segments.values(), arcs, strict=True):
+        g = geometry(piece, load=True)
+        response = response + count * (g.shorter_load - g.shorter_lam * g.rise_load / g.rise_lam)
+    return response
 
 
 def sliding_segments(segments, ends):

@@ -37,13 +37,15 @@ class Minimum(NamedTuple):
 
 
 def end_springs(n, ends):
-    """Stiffness of the first and last spring of n links, for ends such as "clamped-pinned" or two numbers.
+    """Stiffness of the first and last spring of n links, for ends such as "clamped-pinned", "0.3/2" or two numbers.
 
     The end is half a link away from the first angle; its own spring acts in series with that half link. A
     clamp leaves a spring twice as stiff as those between the links.
     """
-    held = [STIFFNESS[end] for end in ends.split("-")] if isinstance(ends, str) else ends
-    return [1 / (1 / k + 2 * np.pi**2 / n) if k else 0.0 for k in held]
+    if isinstance(ends, str):
+        names = ends.split("/" if "/" in ends else "-")
+        ends = [STIFFNESS[end] if end in STIFFNESS else float(end) for end in names]
+    return [1 / (1 / k + 2 * np.pi**2 / n) if k else 0.0 for k in ends]
 
 
 def energy(theta, P, springs):

@@ -1,0 +1,130 @@
+"""Equilibria of a state at a prescribed shortening: the load is an unknown.
+
+Point states are found along their branches (`branch`), which are functions of κ/√p whatever is controlled;
+line states along the load at κ = 0. Further full periods are searched up to three in all.
+"""
+
+from collections import Counter
+
+import numpy as np
+from scipy.optimize.elementwise import find_root
+
+from elastica.branch import Loads, at_shortening, free_branch, settle
+from elastica.equilibrium import alternates, alternating, no_equilibria, numbered, spread
+from elastica.euler import euler_root
+from elastica.newton import Bracket, Roots
+from elastica.patterns import Group, groups
+from elastica.segments import arc, length, pendulum, shortening
+from elastica.sweep import line_force
+
+MOST_PERIODS = 3
+EDGE_STEPS = 50
+
+
+class Targets:
+    """Prescribed shortenings at n points, and what the searches for different words share.
+
+    Parameters
+    ----------
+    shortening, H : ndarray, shape (n,)
+        Shortening ≥ 0 and half gap > 0.
+    contacts : int
+        Of the longest word that will be asked for.
+    """
+
+    def __init__(self, shortening, H, contacts):
+        self.shortening = shortening
+        self.H, self.gap = np.unique(H, return_inverse=True)
+        self.loads = Loads(self.H, contacts + 1 + MOST_PERIODS)
+
+    def every(self, state, ends):
+        """Every root of a state, by increasing κ.
+
+        Parameters
+        ----------
+        state : State
+            Not the straight strip; its own root number is not looked at.
+        ends : Ends
+
+        Returns
+        -------
+        Equilibria
+            `point` counts the points given.
+        """
+        if state.mode:
+            return self._free(state, ends)
+        found = [no_equilibria(len(state.word) + 1)]
+        for periods in range(MOST_PERIODS + 1):
+            for group in groups(state, ends, periods):
+                if state.line:
+                    which, p, roots = self._line(group.segments)
+                else:
+                    which, p, roots = self._point(group.segments, not periods and alternates(state, ends))
+                found.append(spread(state.segments(ends), group, which, roots, p))
+        return numbered(found)
+
+    def _point(self, segments, alternate):
+        """Point regime; of alternating words without further periods with angles beyond 90°."""
+        known = None
+        if alternate:
+            roots = alternating(segments, self.loads.table.p, self.loads.table.H)
+            place = np.flatnonzero(roots.found)
+            known = place, roots.at(place)
+        branch = self.loads.trace(segments, known)
+        which, points = at_shortening(segments, branch, self.H, self.shortening, self.gap)
+        return which, points.p, points.roots
+
+    def _line(self, segments):
+        """Line regime, where the strip is long enough for its segments: a load for each crossing."""
+        shape = (-1, self.H.size)
+        p, H = (values.reshape(shape) for values in (self.loads.table.p, self.loads.table.H))
+        fits = np.isfinite(_lines(segments, p, H))
+        node, gap = np.nonzero(fits[:-1] != fits[1:])
+        begins = fits[node + 1, gap]
+        inside, outside = p[node + begins, gap], p[node + ~begins, gap]
+        for _ in range(EDGE_STEPS):
+            middle = 0.5 * (inside + outside)
+            good = np.isfinite(_lines(segments, middle, self.H[gap]))
+            inside, outside = np.where(good, middle, inside), np.where(good, outside, middle)
+        # A node on each edge; to the left or right of it in its interval lies nothing.
+        edges = np.full((len(p) - 1, self.H.size), np.nan)
+        edges[node, gap] = inside
+        between = np.where(np.isnan(edges), p[:-1], edges)
+        nodes = np.concatenate([np.stack([p[:-1], between], axis=1).reshape(shape), p[-1:]])
+        missing = _lines(segments, nodes, np.broadcast_to(self.H, nodes.shape))[:, self.gap] - self.shortening
+        node, which = np.nonzero(missing[:-1] * missing[1:] < 0)
+        low, high = (nodes[side, self.gap[which]] for side in (node, node + 1))
+        H, target = self.H[self.gap[which]], self.shortening[which]
+        p = find_root(lambda p, H, t: _lines(segments, p, H) - t, (low, high), args=(H, target)).x
+        lam = np.stack([line_force(segment, p, H) for segment in segments])
+        good = np.isfinite(lam).all(axis=0)
+        return which[good], p[good], Roots(good, np.zeros_like(p), lam).at(good)
+
+    def _free(self, state, ends):
+        """Free buckling: a branch that does not depend on the gap."""
+        plain = state.segments(ends)
+        k, p, ratio, shorter, _ = free_branch(plain[0].kind, float(euler_root(state.mode, ends)))
+        group = Group(Counter(plain), ((0,),))
+        which = np.flatnonzero((self.shortening > 0) & (self.shortening < shorter[-1]))
+        target = self.shortening[which]
+        # At small deflections the shortening is proportional to k².
+        start = np.sqrt(np.interp(target, shorter, k**2))
+        load = np.interp(start, k, p)
+        place = np.searchsorted(shorter, target) - 1
+        bracket = Bracket(k[place], k[place + 1], -np.ones_like(target))
+        lam = (np.interp(start, k, ratio) * start * load)[None]
+        points = settle(group.segments, np.zeros_like(load), start, load, lam, target, bracket)
+        good = points.found
+        return spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
+
+
+def _lines(segments, p, H):
+    """Total shortening of the segments at κ = 0, NaN where they do not exist or do not fit the strip."""
+    shape = np.shape(p)
+    p, H = np.ravel(p), np.ravel(H)
+    shorter, room = 0.0, 1.0
+    for segment, count in segments.items():
+        piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, H)))
+        shorter = shorter + count * shortening(piece)
+        room = room - count * length(piece)
+    return np.where(room >= 0, shorter, np.nan).reshape(shape)
