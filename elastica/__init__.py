@@ -10,5 +10,17 @@ from elastica.catalogue import FoundStates, find_states
 from elastica.codes import Stability, Status
 from elastica.solution import Solution, solve
 from elastica.states import states
+from elastica.transitions import Event, Transitions, transitions
 
-__all__ = ["FoundStates", "Solution", "Stability", "Status", "find_states", "solve", "states"]
+__all__ = [
+    "Event",
+    "FoundStates",
+    "Solution",
+    "Stability",
+    "Status",
+    "Transitions",
+    "find_states",
+    "solve",
+    "states",
+    "transitions",
+]

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq
+from scipy.optimize.elementwise import find_root
 
 from elastica.newton import Bracket, Roots
 from elastica.segments import arc, geometry, pendulum, shortening, steepest
@@ -19,7 +20,7 @@ from elastica.sweep import Table, every_root
 
 FIRST_LOAD, LOAD_STEP = 0.4, 0.3
 """√p of the first load at which branches are looked for, and the distance of the next."""
-END_STEPS, TURN_STEPS = 24, 24
+END_STEPS = 24
 LONGEST_FREE_PERIOD = 7.6
 """√p times the longest period below 90°, a little more than 4K(½)."""
 MOST_STEPS = 40
@@ -194,12 +195,12 @@ class Loads:
     ----------
     H : ndarray, shape (n,)
         Gaps.
-    turns : float
-        Full periods of the longest words.
+    largest : float
+        √p up to which branches are looked for.
     """
 
-    def __init__(self, H, turns):
-        root_p = np.arange(FIRST_LOAD, LONGEST_FREE_PERIOD * turns, LOAD_STEP)
+    def __init__(self, H, largest):
+        root_p = np.arange(FIRST_LOAD, largest + LOAD_STEP, LOAD_STEP)
         p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(H.size), indexing="ij"))
         self.H = H
         self.table = Table(p, H[self.gap])
@@ -223,48 +224,51 @@ class Loads:
         branch = Branch.of(segments, self.H, gap, found)
         if not branch.k.size:
             return branch
-        ends = [self._end(segments, branch, side) for side in (0, 1)]
-        branch = _joined(branch, *ends)
-        return _joined(branch, self._turns(segments, branch, "slope"), self._turns(segments, branch, "fold"))
+        branch = _joined(branch, self._ends(segments, branch))
+        return _joined(branch, self._turns(segments, branch))
 
-    def _end(self, segments, branch, side):
-        """Go on to κ = 0 or to κ = √(2p), or to 90° if that comes first."""
-        edge = np.diff(branch.gap, prepend=-1) if side == 0 else np.diff(branch.gap, append=self.H.size)
-        last = branch.at(np.flatnonzero(edge))
-        H = self.H[last.gap]
-        near, far = last.k, np.full_like(last.k, np.sqrt(2) * side)
-        best = Points(np.zeros(near.size, bool), last.k, last.p, last.lam)
-        ahead = far
+    def _ends(self, segments, branch):
+        """Go on to κ = 0 and to κ = √(2p), or to 90° if that comes first."""
+        first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
+        last = np.flatnonzero(np.diff(branch.gap, append=self.H.size))
+        edge = branch.at(np.concatenate([first, last]))
+        near, far = edge.k.copy(), np.repeat([0.0, np.sqrt(2)], [first.size, last.size])
+        p, lam, reached = edge.p.copy(), edge.lam.copy(), np.zeros(near.size, bool)
+        live = np.arange(near.size)
+        ahead = far.copy()
         for _ in range(END_STEPS):
-            there = settle(segments, H, ahead, best.p, best.lam)
+            there = settle(segments, self.H[edge.gap[live]], ahead[live], p[live], lam[:, live])
             good = there.found & below_right_angle(segments, there)
-            best = Points(
-                best.found | good,
-                *(np.where(good, new, old) for new, old in zip(there[1:], best[1:], strict=True)),
-            )
-            near, far = np.where(good, ahead, near), np.where(good, far, ahead)
+            won, lost = live[good], live[~good]
+            p[won], lam[:, won], reached[won] = there.p[good], there.lam[:, good], True
+            near[won], far[lost] = ahead[won], ahead[lost]
+            live = live[near[live] != far[live]]
             ahead = 0.5 * (near + far)
-        return Branch.of(segments, self.H, last.gap, best)
+        return Branch.of(segments, self.H, edge.gap, Points(reached, near, p, lam))
 
-    def _turns(self, segments, branch, name):
-        """Extremes of the shortening or of the load between neighbours, by false position on the slope."""
-        first = branch.pairs
-        values = getattr(branch, name)
-        first = first[values[first] * values[first + 1] < 0]
-        left, right = branch.at(first), branch.at(first + 1)
-        H = self.H[left.gap]
-        a, b, slope_a, slope_b = left.k, right.k, getattr(left, name), getattr(right, name)
-        here = Points(np.zeros(a.size, bool), a, left.p, left.lam)
-        for step in range(TURN_STEPS):
-            share = slope_a / (slope_a - slope_b) if step % 3 else 0.5
-            k = a + (b - a) * share
-            here = settle(segments, H, k, here.p, here.lam)
-            linear = bordered(segments, here.p, H, k, here.lam)
-            slope = linear.shortening_k if name == "slope" else linear.load_k
-            before = slope * slope_a > 0
-            a, slope_a = np.where(before, k, a), np.where(before, slope, slope_a)
-            b, slope_b = np.where(before, b, k), np.where(before, slope_b, slope)
-        return Branch.of(segments, self.H, left.gap, here)
+    def _turns(self, segments, branch):
+        """Extremes of the shortening and of the load between neighbours."""
+        first, which = [], []
+        for number, slopes in enumerate((branch.slope, branch.fold)):
+            turns = branch.pairs[slopes[branch.pairs] * slopes[branch.pairs + 1] < 0]
+            first.append(turns)
+            which.append(np.full(turns.size, number))
+        first, which = np.concatenate(first), np.concatenate(which)
+
+        def slope(k, first, which):
+            return np.where(which == 0, *self._linear(segments, branch, first, k)[1])
+
+        root = find_root(slope, (branch.k[first], branch.k[first + 1]), args=(first, which))
+        good = root.success
+        points, _ = self._linear(segments, branch, first[good], root.x[good])
+        return Branch.of(segments, self.H, branch.gap[first[good]], points)
+
+    def _linear(self, segments, branch, near, k):
+        """Settle at k, starting near known points; slopes of the shortening and of the load there."""
+        start = branch.at(near)
+        points = settle(segments, self.H[start.gap], k, start.p, start.lam)
+        linear = bordered(segments, points.p, self.H[start.gap], k, points.lam)
+        return points, (linear.shortening_k, linear.load_k)
 
 
 def _joined(*parts):

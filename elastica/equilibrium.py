@@ -26,6 +26,8 @@ TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""
 NARROW_GAP = 0.02
 """Half gap that is small for every strip: there the small-deflection start converges."""
+NEARLY_STEEP = 0.55
+"""√p times the rise of a quarter of a period at which small-deflection starts mostly still converge."""
 MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
 LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
@@ -299,9 +301,19 @@ def alternating(segments, p, H):
     found.found[:] &= regular(segments, p, found, -1)
     steep = np.flatnonzero(~(found.found & (steepest_angle(segments, p, found) < RIGHT_ANGLE)))
     p, H = p[steep], H[steep]
-    narrow = np.minimum(H, NARROW_GAP)
+    widest = max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
+    narrow = np.minimum(
+        H, np.maximum(NARROW_GAP, NEARLY_STEEP / (widest * np.sqrt(np.maximum(p, TINY_THRUST))))
+    )
     near = newton(segments, p, narrow, *_small_deflection(segments, p, narrow))
     near.found[:] &= regular(segments, p, near, -1)
+    failed = np.flatnonzero(~(near.found & (steepest_angle(segments, p, near) < RIGHT_ANGLE)))
+    narrow[failed] = np.minimum(H[failed], NARROW_GAP)
+    again = newton(
+        segments, p[failed], narrow[failed], *_small_deflection(segments, p[failed], narrow[failed])
+    )
+    again.found[:] &= regular(segments, p[failed], again, -1)
+    near.put(failed, again)
     found.put(steep, _move_walls(segments, near, p, (narrow, H)))
     wide = np.flatnonzero(~found.found[steep])
     if len(segments) == 1 and not any(segment.kind.springs for segment in segments) and wide.size:

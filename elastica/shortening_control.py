@@ -9,7 +9,7 @@ from collections import Counter
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.branch import Loads, at_shortening, free_branch, settle
+from elastica.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
 from elastica.equilibrium import alternates, alternating, no_equilibria, numbered, spread
 from elastica.euler import euler_root
 from elastica.newton import Bracket, Roots
@@ -35,7 +35,7 @@ class Targets:
     def __init__(self, shortening, H, contacts):
         self.shortening = shortening
         self.H, self.gap = np.unique(H, return_inverse=True)
-        self.loads = Loads(self.H, contacts + 1 + MOST_PERIODS)
+        self.loads = Loads(self.H, LONGEST_FREE_PERIOD * (contacts + 1 + MOST_PERIODS))
 
     def every(self, state, ends):
         """Every root of a state, by increasing κ.
@@ -51,6 +51,8 @@ class Targets:
         Equilibria
             `point` counts the points given.
         """
+        if not self.H.size:
+            return no_equilibria(len(state.word) + 1)
         if state.mode:
             return self._free(state, ends)
         found = [no_equilibria(len(state.word) + 1)]

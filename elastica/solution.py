@@ -100,11 +100,33 @@ class Solution:
         """The `count` lowest eigenvalues of the second variation, shape (..., count).
 
         Ascending, with weight ∫φ² ds (EI = L = 1), exact zeros as 0.0; of a line state those of its
-        free segments. NaN where the state is not solved.
+        free segments; at prescribed shortening on the φ that keep it. NaN where the state is not solved.
         """
         from elastica.spectrum import eigenvalues
 
-        return eigenvalues(self, count)
+        return eigenvalues(self, count, self.control == "shortening")
+
+    def frequencies(self, count):
+        """The `count` lowest natural frequencies with contacts free to move, shape (..., count).
+
+        sign(ω²) √|ω²|, ascending, in units of √(EI/ρA)/L²; exact zeros as 0.0, NaN where the state is not
+        solved.
+        """
+        from elastica.vibration import frequencies
+
+        return frequencies(self, count, self.control == "shortening")
+
+    def conventional(self, count=1):
+        """The verdict of the conventional energy method, which holds each contact at its material point.
+
+        Returns
+        -------
+        Conventional
+            `eigenvalues` (..., count), `index` (...) and `stable` (...); NaN and −1 where not solved.
+        """
+        from elastica.spectrum import conventional
+
+        return conventional(self, count)
 
     def shape(self, samples):
         """Points of the strip at `samples` equidistant arc lengths.
@@ -195,12 +217,13 @@ def solution_of(state, ends, control, given, H, found):
     ends : Ends
     control : str
     given, H : ndarray, shape (m,)
-        The prescribed values and gaps of the columns.
+        The prescribed values, to the last digit, and gaps of the columns; None for the values found.
     found : Equilibria
         With m columns, their root numbers regardless of the state's.
     """
-    arrays = blank(state, given.size) | bent(state, ends, H, found, control == "shortening")
-    arrays[control] = given
+    arrays = blank(state, H.size) | bent(state, ends, H, found, control == "shortening")
+    if given is not None:
+        arrays[control] = given
     return Solution(state, ends, control, H=H, **arrays)
 
 

@@ -131,7 +131,7 @@ def parse_state(name, ends="clamped-clamped"):
     match = GRAMMAR.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueError(
-            f"state = {name!r} is not known; use 0, B1, B2, … or a contact word such as U, Ua, aUa, U-"
+            f"state = {name!r} is not known; use 0, B1, B2, … or a contact word such as U, Ua, U-, UD, UD:2"
         )
     if match["straight"]:
         return State("0")

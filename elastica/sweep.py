@@ -22,7 +22,7 @@ NODE_STEPS = 8
 GOOD_STEP = 1e-3
 """Relative step of λ after which a node's length, corrected to first order, is good to 1e-6."""
 EXTREMUM_STEPS = 8
-DIP = 0.5
+DIP = 0.25
 """An extremum is looked at when the estimate of its height misses zero by no more than this part of its
 distance from the nodes."""
 NEARLY = 1e-2
@@ -305,17 +305,25 @@ def _turns(kappa, excess, pivot):
 
 
 def _extremum(segments, p, H, left, right, slopes):
-    """Where Σnℓ − 1 is extreme between two nodes, by false position on ΣnD."""
-    a, b, (slope_a, slope_b) = left.kappa, right.kappa, slopes
-    lam = left.lam
+    """A point beyond zero between two nodes, if Σnℓ − 1 turns round there: false position on ΣnD."""
+    a, b, (slope_a, slope_b) = left.kappa.copy(), right.kappa.copy(), (slope.copy() for slope in slopes)
+    best = _Edge(left.kappa.copy(), left.lam.copy(), left.excess.copy())
+    live = np.arange(a.size)
     for _ in range(EXTREMUM_STEPS):
-        kappa = a + (b - a) * slope_a / (slope_a - slope_b)
-        lam = newton(segments, p, H, kappa, lam, fixed_kappa=True, most_steps=NODE_STEPS).lam
-        arrow = arrow_system(segments, p, H, kappa, lam)
-        before = arrow.pivot * slope_a > 0
-        a, slope_a = np.where(before, kappa, a), np.where(before, arrow.pivot, slope_a)
-        b, slope_b = np.where(before, b, kappa), np.where(before, slope_b, arrow.pivot)
-    return _Edge(kappa, lam, arrow.excess)
+        kappa = a[live] + (b[live] - a[live]) * slope_a[live] / (slope_a[live] - slope_b[live])
+        there = newton(
+            segments, p[live], H[live], kappa, best.lam[:, live], fixed_kappa=True, most_steps=NODE_STEPS
+        )
+        arrow = arrow_system(segments, p[live], H[live], kappa, there.lam)
+        best.kappa[live], best.lam[:, live], best.excess[live] = kappa, there.lam, arrow.excess
+        before = arrow.pivot * slope_a[live] > 0
+        first, second = live[before], live[~before]
+        a[first], slope_a[first] = kappa[before], arrow.pivot[before]
+        b[second], slope_b[second] = kappa[~before], arrow.pivot[~before]
+        live = live[(arrow.excess * left.excess[live] > 0) & np.isfinite(arrow.pivot)]
+        if not live.size:
+            break
+    return best
 
 
 def _refine(segments, p, H, low, high):

@@ -1,83 +1,433 @@
-"""Loads at which the one-contact sequence of a strip changes as the thrust grows.
+"""Where states begin, end, change their stability and meet: events along load or shortening at given gaps.
 
-    straight → buckled → touches the wall at a point → lies flat on it → the flat stretch buckles, or
-    the line state ends in a fold
+A state is followed along its branch, on which everything is a smooth function of one parameter t (κ/√p, in
+the line regime the load). Each event is a root of such a function:
 
-Each load is a root of a smooth function of P: a clearance, a flat length, a Euler load of the flat
-stretch; never the bisection of a count.
+    wall touched      H − |y| of a bump                   reaction lost     μ of a contact
+    point to line     κ, or in the line regime the length left over
+    fold              dP/dt, at prescribed shortening dΔL/dt
+    flat buckles      √p ℓ_f − 2π
+    right angle       90° − |θ|, beyond which branches are not followed
+
+What a state meets is looked up among its neighbours: the words with a contact more, less, or of other kind,
+that have the same energy and shape next to the event.
 """
+
+from collections import Counter
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import cache
+from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.ends import parse_ends
+from elastica.branch import Loads, bordered, free_branch, settle
+from elastica.catalogue import search
+from elastica.codes import Status
+from elastica.ends import Ends, parse_ends
+from elastica.equilibrium import alternates, alternating, every, spread
 from elastica.euler import euler_root
+from elastica.newton import Roots
+from elastica.patterns import Group, groups, most_periods
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import solve
-from elastica.sweep import LINE_FOLD
+from elastica.shortening_control import MOST_PERIODS, Targets
+from elastica.solution import solution_of, solve
+from elastica.states import is_canonical, parse_state
+from elastica.sweep import line_force
 
-WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
-"""Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""
-NARROW = 1e-6
-"""Half gap below which the wall is touched at the Euler load, to rounding."""
-EVENTS = ("buckles", "touches", "point_to_line", "flat_buckles", "line_ends")
+LARGEST_P = 100.0
+ASIDE = 1e-3
+"""Part of t and of its interval by which a state is looked at beside an event: next to a fold its two roots
+must be told apart."""
+NEXT_TO = 1e-7
+"""Relative distance in load or shortening at which what is met is looked up."""
 
 
-def loads(event, H, ends="clamped-clamped"):
-    """Load P at which an event of the one-contact sequence happens.
+class Event(IntEnum):
+    """What happens to a state."""
+
+    BUCKLES = 0
+    WALL_TOUCHED = 1
+    REACTION_LOST = 2
+    POINT_TO_LINE = 3
+    FLAT_BUCKLES = 4
+    FOLD = 5
+    RIGHT_ANGLE = 6
+
+
+@dataclass(frozen=True, eq=False)
+class Transitions:
+    """Events, one row each, by gap and then by what is controlled.
+
+    Attributes
+    ----------
+    ends : Ends
+    control : str
+    H, P, shortening : ndarray, shape (rows,)
+        Where it happens.
+    state, other_state : ndarray of str, shape (rows,)
+        The state, and what it meets there; empty where that is not among the states searched.
+    event : ndarray of int8, shape (rows,)
+        Codes of `Event`.
+    index_before, index_after : ndarray of int16, shape (rows,)
+        Index of the state just below and above, −1 where it does not exist.
+    """
+
+    ends: Ends
+    control: str
+    H: np.ndarray
+    P: np.ndarray
+    shortening: np.ndarray
+    state: np.ndarray
+    other_state: np.ndarray
+    event: np.ndarray
+    index_before: np.ndarray
+    index_after: np.ndarray
+
+    def __len__(self):
+        """Number of rows."""
+        return self.H.size
+
+    def __str__(self):
+        """One line an event."""
+        lines = [f"{'H':>10} {'P':>16} {'shortening':>14}  {'state':<8} {'event':<14} index       meets"]
+        for row in range(len(self)):
+            before, after = (i if i >= 0 else "none" for i in (self.index_before[row], self.index_after[row]))
+            lines.append(
+                f"{self.H[row]:>10.6g} {self.P[row]:>16.12g} {self.shortening[row]:>14.9g}  "
+                f"{self.state[row]:<8} {Event(int(self.event[row])).name.lower():<14} "
+                f"{before!s:>4} -> {after!s:<4} {self.other_state[row]}"
+            )
+        return "\n".join(lines)
+
+
+class _Track(NamedTuple):
+    """One pattern of a state followed at several gaps.
+
+    `gap` (m,) and `t` (m,) are its samples in order; `at(samples, t)` solves it at other t, starting from
+    samples, and gives the solution, the functions whose roots are `events` (functions, m), and whether it
+    could be solved (m,). `ends_at` says which sample is the end of the branch, and for what reason.
+    """
+
+    gap: np.ndarray
+    t: np.ndarray
+    at: object
+    events: tuple
+    ends_at: dict
+
+
+def transitions(state, H, ends="clamped-clamped", control="P", P_max=12.0):
+    """Events of a state along load or shortening at each gap.
 
     Parameters
     ----------
-    event : str
-        "buckles": the straight strip, at its Euler load; "touches": the first free shape, the wall;
-        "point_to_line": the point contact becomes a line; "flat_buckles": the flat stretch, off the
-        wall; "line_ends": the line state meets a steeper one in a fold.
-    H : array_like, shape (...)
+    state : str
+    H : array_like
+        Half gaps, between 0 and 0.5.
     ends : str
+    control : str
+        "P" (default) or "shortening".
+    P_max : float
+        Events at loads up to this one.
 
     Returns
     -------
-    ndarray, shape (...)
-        NaN where the event does not happen.
+    Transitions
 
     Raises
     ------
     ValueError
-        If the event or the ends are not known.
+        If the state, the ends, the control or a gap makes no sense.
+
+    Examples
+    --------
+    >>> events = transitions("U", H=0.1)
+    >>> [Event(code).name for code in events.event[:2]], events.P[:2].round(9).tolist()
+    (['REACTION_LOST', 'POINT_TO_LINE'], [1.012712706, 3.937821184])
     """
-    if event not in EVENTS:
-        raise ValueError(f"event = {event!r} is not known; use one of {', '.join(EVENTS)}")
     ends = parse_ends(ends)
-    H = np.asarray(H, float)
-    euler = float(euler_root(1, ends)) ** 2 / FOUR_PI_SQUARED
-    if event == "buckles":
-        return np.full_like(H, euler)
-    if event == "touches":
-        widest = WIDEST_ALIKE if ends.alike else WIDEST_UNLIKE
-
-        def slack(P, H):
-            return solve("B1", P=P, H=H, ends=ends).clearance
-
-        # P/P_1 − 1 ≈ 1.2 H² for like ends and 0.98 H² for unlike ones.
-        low = euler * (1 + 0.5 * H**2)
-        return np.where(H < NARROW, euler, _root(slack, low, euler * widest, H))
-    pins = sum(end.pinned for end in ends)
-    flat_buckles = event == "flat_buckles"
-
-    def slack(P, H):
-        return np.sqrt(P) * solve("U-", P=P, H=H, ends=ends).flat_length - flat_buckles
-
-    # As H → 0 the free segments have √P ℓ = 1 (clamped) and ½ (pinned), and take less room than later.
-    narrow = (2 - pins / 2 + flat_buckles) ** 2
-    fold = (LINE_FOLD / (2 if pins else 1) / H) ** 2
-    if event == "line_ends":
-        begins = solve("U-", P=np.minimum(fold * (1 - 1e-5), 1e6), H=H, ends=ends).flat_length > 0
-        return np.where(begins, fold, np.nan)
-    return _root(slack, 1e-4 * narrow, np.minimum(narrow * (1 + 1e-9), (1 - 1e-5) * fold), H)
+    state = parse_state(state, ends)
+    if control not in ("P", "shortening"):
+        raise ValueError(f'control = {control!r} is not known; use "P" or "shortening"')
+    if not 0 < P_max <= LARGEST_P:
+        raise ValueError(f"P_max = {P_max!r} is not possible; give a load above 0, up to {LARGEST_P:g}")
+    H = np.unique(np.asarray(H, float))
+    if not ((H > 0) & (H < 0.5)).all():
+        raise ValueError(f"H = {H.tolist()} is not possible; give half gaps between 0 and 0.5")
+    with np.errstate(all="ignore"):
+        rows = _straight(ends, H, P_max) if state.straight else _bent(state, ends, H, control, P_max)
+        rows = [row for row in rows if row["P"] <= P_max]
+        columns = {name: np.array([row[name] for row in rows]) for name in ROW}
+        columns["other_state"] = _met(state, ends, control, columns) if rows else np.zeros(0, str)
+    keys = list(zip(*(columns[name].tolist() for name in KEY), strict=True))
+    # Contacts that lose their reaction together are one event.
+    once = np.array([i for i, key in enumerate(keys) if key not in keys[:i]], int)
+    columns = {name: values[once] for name, values in columns.items()}
+    order = np.lexsort((columns[control], columns["H"]))
+    columns = {name: columns[name][order] for name in columns if name not in ("energy", "curvature")}
+    return Transitions(ends, control, **columns)
 
 
-def _root(slack, low, high, H):
-    """Root of `slack(P, H)` between two loads; NaN where it has the same sign at both."""
-    low, high = (np.broadcast_to(edge, H.shape) for edge in (low, high))
-    found = find_root(slack, (low, high), args=(H,))
-    return np.where(found.success, found.x, np.nan)
+KEY = ("H", "P", "event", "index_before", "index_after")
+ROW = ("H", "P", "shortening", "state", "event", "index_before", "index_after", "energy", "curvature")
+
+
+def _row(H, P, shortening, state, event, before, after, energy, curvature):
+    return dict(zip(ROW, (H, P, shortening, state, event, before, after, energy, curvature), strict=True))
+
+
+def _straight(ends, H, P_max):
+    """The straight strip loses one direction at each Euler load."""
+    modes = int(2 * np.sqrt(P_max)) + 1
+    loads = euler_root(np.arange(1, modes + 1), ends) ** 2 / FOUR_PI_SQUARED
+    return [
+        _row(gap, load, 0.0, "0", Event.BUCKLES, mode, mode + 1, 0.0, 0.0)
+        for gap in H
+        for mode, load in enumerate(loads)
+    ]
+
+
+def _buckles(state, ends, H):
+    """A free mode begins at its Euler load."""
+    load = float(euler_root(state.mode, ends)) ** 2 / FOUR_PI_SQUARED
+    above = solve(state.name, P=load * (1 + NEXT_TO), H=H, ends=ends)
+    return [
+        _row(gap, load, 0.0, state.name, Event.BUCKLES, -1, int(index), 0.0, 0.0)
+        for gap, index in zip(H, above.index, strict=True)
+        if index >= 0
+    ]
+
+
+def _bent(state, ends, H, control, P_max):
+    """Events of every pattern of a state; of its roots, that with the state's own number."""
+    rows = _buckles(state, ends, H) if state.mode else []
+    for track in _tracks(state, ends, H, control, P_max):
+        rows += _ends_of(track, state, ends, H, control)
+        for number, event in enumerate(track.events):
+            rows += _roots_of(track, number, event, state, ends, H, control)
+    return rows
+
+
+def _tracks(state, ends, H, control, P_max):
+    """Each pattern of periods of a state, followed."""
+    if state.mode:
+        yield _free_track(state, ends, H, control)
+        return
+    loads = Loads(H, np.sqrt(FOUR_PI_SQUARED * P_max))
+    for periods in range(min(MOST_PERIODS, most_periods(state, ends, loads.table.p)) + 1):
+        for group in groups(state, ends, periods):
+            if state.line:
+                samples = _line_samples(loads, group.segments)
+            else:
+                known = None
+                if not periods and alternates(state, ends):
+                    roots = alternating(group.segments, loads.table.p, loads.table.H)
+                    place = np.flatnonzero(roots.found)
+                    known = place, roots.at(place)
+                samples = loads.trace(group.segments, known)
+            for pattern in group.patterns:
+                make = _line_track if state.line else _point_track
+                yield make(state, ends, H, control, group._replace(patterns=(pattern,)), samples)
+
+
+def _functions(solution, *more):
+    """Functions of the admissible range, one row each: reactions and clearance, then others."""
+    reaction = solution.reaction.T
+    return np.concatenate([reaction, solution.clearance[None], *(values[None] for values in more)])
+
+
+def _point_track(state, ends, H, control, group, branch):
+    segments = group.segments
+
+    def at(samples, t):
+        seed = branch.at(samples)
+        points = settle(segments, H[seed.gap], t, seed.p, seed.lam)
+        linear = bordered(segments, points.p, H[seed.gap], t, points.lam)
+        own = np.arange(t.size)
+        found = spread(state.segments(ends), group, own, points.roots, points.p)
+        solution = solution_of(state, ends, control, None, H[seed.gap], found)
+        slope = linear.load_k if control == "P" else linear.shortening_k
+        return solution, _functions(solution, slope), points.found
+
+    contacts = (Event.REACTION_LOST,) * len(state.word)
+    first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
+    last = np.flatnonzero(np.diff(branch.gap, append=-1))
+    reasons = {
+        int(i): Event.POINT_TO_LINE if branch.k[i] == 0 else Event.RIGHT_ANGLE for i in (*first, *last)
+    }
+    return _Track(branch.gap, branch.k, at, (*contacts, Event.WALL_TOUCHED, Event.FOLD), reasons)
+
+
+def _free_track(state, ends, H, control):
+    ((kind, *_),) = plain = state.segments(ends)
+    onset = float(euler_root(state.mode, ends))
+    k, p, ratio, _, _ = free_branch(kind, onset)
+    gap, node = (grid.ravel() for grid in np.meshgrid(np.arange(H.size), np.arange(1, k.size), indexing="ij"))
+    group = Group(Counter(plain), ((0,),))
+    nothing = np.zeros(gap.size)
+
+    def at(samples, t):
+        seed = node[samples]
+        lam = (ratio[seed] * t * p[seed])[None]
+        points = settle(group.segments, nothing[samples], t, p[seed], lam)
+        linear = bordered(group.segments, points.p, nothing[samples], t, points.lam)
+        found = spread(plain, group, np.arange(t.size), points.roots, points.p)
+        solution = solution_of(state, ends, control, None, H[gap[samples]], found)
+        slope = linear.load_k if control == "P" else linear.shortening_k
+        return solution, _functions(solution, slope), points.found
+
+    return _Track(gap, k[node], at, (Event.WALL_TOUCHED, Event.FOLD), {})
+
+
+def _line_samples(loads, segments):
+    """Loads at which every segment of a line state exists: gap and p of each, in order."""
+    p, H = loads.table.p, loads.table.H
+    there = np.all([np.isfinite(line_force(segment, p, H)) for segment in segments], axis=0)
+    place = np.flatnonzero(there)
+    place = place[np.lexsort((p[place], loads.gap[place]))]
+    return loads.gap[place], p[place]
+
+
+def _line_track(state, ends, H, control, group, samples):
+    gap, p = samples
+
+    def at(samples, t):
+        gaps = H[gap[samples]]
+        lam = np.stack([line_force(segment, t, gaps) for segment in group.segments])
+        good = np.isfinite(lam).all(axis=0)
+        found = spread(state.segments(ends), group, np.arange(t.size), Roots(good, np.zeros_like(t), lam), t)
+        solution = solution_of(state, ends, control, None, gaps, found)
+        flat = solution.flat_length
+        return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), good
+
+    contacts = (Event.REACTION_LOST,) * len(state.word)
+    events = (*contacts, Event.WALL_TOUCHED, Event.POINT_TO_LINE, Event.FLAT_BUCKLES)
+    return _Track(gap, p, at, events, {})
+
+
+def _roots_of(track, number, event, state, ends, H, control):
+    """Rows for the roots of one function between neighbouring samples."""
+    if track.t.size < 2:
+        return []
+    samples = np.arange(track.t.size)
+    _, values, found = track.at(samples, track.t)
+    f = np.where(found, np.where(values[number] < 0, -1.0, 1.0), np.nan)
+    left = np.flatnonzero((track.gap[:-1] == track.gap[1:]) & (f[:-1] * f[1:] < 0))
+    if not left.size:
+        return []
+    low, high = track.t[left], track.t[left + 1]
+    root = find_root(lambda t, sample: track.at(sample, t)[1][number], (low, high), args=(left,))
+    # A sample that is itself a root to rounding brackets nothing.
+    nearer = np.where(np.abs(values[number][left]) < np.abs(values[number][left + 1]), low, high)
+    t = np.where(root.success, root.x, nearer)
+    return _describe(track, left, t, low, high, event, state, ends, H, control)
+
+
+def _ends_of(track, state, ends, H, control):
+    """Rows for the ends of the branches."""
+    ends_at = [(sample, event) for sample, event in track.ends_at.items() if track.t.size > 1]
+    rows = []
+    for event in {event for _, event in ends_at}:
+        at = np.array([sample for sample, e in ends_at if e == event])
+        inner = np.where(
+            (at + 1 < track.t.size) & (track.gap[np.minimum(at + 1, track.t.size - 1)] == track.gap[at]),
+            at + 1,
+            at - 1,
+        )
+        t = track.t[at]
+        low, high = np.minimum(t, track.t[inner]), np.maximum(t, track.t[inner])
+        rows += _describe(track, at, t, low, high, event, state, ends, H, control)
+    return rows
+
+
+def _describe(track, samples, t, low, high, event, state, ends, H, control):
+    """Rows of events at t: one for each side on which the state exists, at a flat stretch one for both."""
+    here, _, found = track.at(samples, t)
+    aside = ASIDE * (high - low + t)
+    gap = track.gap[samples]
+    first, last = (np.searchsorted(track.gap, gap, side=side) for side in ("left", "right"))
+    sides = []
+    for beside in (t - aside, t + aside):
+        inside = (beside >= track.t[first]) & (beside <= track.t[last - 1])
+        solution, _, solved = track.at(samples, np.where(inside, beside, t))
+        exists = inside & solved & found & (solution.status == Status.SOLVED)
+        exists &= _number(state, ends, solution, exists) == state.root
+        sides.append((solution, exists))
+    rows = []
+    for i in range(t.size):
+        place = (H[track.gap[samples[i]]], float(here.P[i]), float(here.shortening[i]), state.name, event)
+        shape = float(here.energy[i]), float(here.curvature[i])
+        beyond = [int(solution.index[i]) if exists[i] else -1 for solution, exists in sides]
+        if event == Event.FLAT_BUCKLES:
+            if max(beyond) >= 0:
+                rows.append(_row(*place, *beyond, *shape))
+            continue
+        for (solution, exists), index in zip(sides, beyond, strict=True):
+            if exists[i]:
+                above = getattr(solution, control)[i] > getattr(here, control)[i]
+                rows.append(_row(*place, *((-1, index) if above else (index, -1)), *shape))
+    return rows
+
+
+def _number(state, ends, solution, wanted):
+    """Numbers of the roots that a solution has found, 0 where not wanted."""
+    numbers = np.zeros(wanted.size, int)
+    own = np.flatnonzero(wanted)
+    if state.mode:
+        numbers[own] = 1
+    elif own.size:
+        if solution.control == "P":
+            found = every(state, ends, FOUR_PI_SQUARED * solution.P[own], solution.H[own])
+        else:
+            found = Targets(solution.shortening[own], solution.H[own], len(state.word)).every(state, ends)
+        away = np.abs(found.kappa - solution.curvature[own][found.point])
+        same = (found.periods.T == solution.periods[own][found.point]).all(axis=1)
+        same &= away < 1e-6 * np.sqrt(found.p)
+        numbers[own[found.point[same]]] = found.number[same]
+    return numbers
+
+
+def _met(state, ends, control, columns):
+    """Name of the state with the same energy and curvature next to each event, on its other side if there.
+
+    At prescribed shortening without the number of the root.
+    """
+    met = np.full(columns["H"].size, "", dtype="<U64")
+    best = np.full(met.size, np.inf)
+    P, H = columns["P"], columns["H"]
+    for beside, here in (
+        (1 - NEXT_TO, columns["index_before"] >= 0),
+        (1 + NEXT_TO, columns["index_after"] >= 0),
+    ):
+        for points, numbers, solution in search(_neighbours(state, ends), ends, "P", P * beside, H):
+            name = solution.state.name
+            far = np.abs(solution.energy - columns["energy"][points])
+            far = far / np.maximum(np.abs(solution.energy), 1e-6)
+            turned = np.abs(solution.curvature - columns["curvature"][points]) / np.sqrt(1 + 40 * solution.P)
+            good = (solution.status == Status.SOLVED) & (far < 1e-4) & (turned < 1e-2)
+            itself = (name == state.name.partition(":")[0]) & (numbers == state.root)
+            good &= ~(itself & here[points])
+            for i in np.flatnonzero(good):
+                rank = far[i] + turned[i] + here[points[i]]
+                if rank < best[points[i]]:
+                    best[points[i]] = rank
+                    numbered = numbers[i] > 1 and control == "P"
+                    met[points[i]] = f"{name}:{numbers[i]}" if numbered else name
+    return met
+
+
+@cache
+def _neighbours(state, ends):
+    """Names of the word, of those with a contact more or less, and of free shapes."""
+    word = state.word
+    words = {word, *(word[:i] + word[i + 1 :] for i in range(len(word)))}
+    words |= {word[:i] + letter + word[i:] for i in range(len(word) + 1) for letter in "UD"}
+    if state.mode > 1:
+        words |= {"UD", "UDU"}
+    names = ["0", *(f"B{mode}" for mode in range(1, max(len(word), state.mode) + 4))]
+    for some in sorted(words - {""}):
+        names += [a + some + b + line for a, b, line in product(("", "a"), ("", "a"), ("", "-"))]
+    canonical_names = (name for name in names if is_canonical(name, ends))
+    return tuple(dict.fromkeys(canonical_names))

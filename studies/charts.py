@@ -1,8 +1,8 @@
-"""Stability charts: the (H, P) plane of each end condition, coloured by the states that are stable there.
+"""Stability charts: the plane of half gap and load, or shortening, coloured by the states that are stable.
 
-Regions are bounded by the exact transition loads, not by the grid: a point of the picture takes the verdict
-of the nearest grid point on the same side of every curve. A zone too thin for the grid is solved where
-it is.
+Under load control regions are bounded by the exact transition loads, not by the grid: a point of the
+picture takes the verdict of the nearest grid point on the same side of every curve. A zone too thin for
+the grid is solved where it is.
 """
 
 from itertools import cycle
@@ -20,11 +20,13 @@ from scipy.spatial import cKDTree
 
 from elastica.codes import Stability, Status
 from elastica.ends import parse_ends
+from elastica.onsets import EVENTS, loads
 from elastica.solution import solve
 from elastica.states import is_canonical
-from elastica.transitions import EVENTS, loads
 from studies.errors import StudyError
+from studies.schema import control_of
 
+AXES = {"P": "thrust  $P = P^*L^2/4\\pi^2EI$", "shortening": "shortening  $\\Delta L^*/L$"}
 COLOURS = {
     "none": "#ffffff",
     "0": "#d9d9d9",
@@ -71,11 +73,11 @@ CONCERNS = {
     "line_ends": "U-",
 }
 PICTURE = (420, 900)
-"""Points of the picture along H and P."""
+"""Points of the picture along H and the control."""
 
 
 def chart(dataset):
-    """Draw the stable states over half gap and load, one panel for each end condition.
+    """Draw the stable states over half gap and what is prescribed, one panel for each end condition.
 
     Parameters
     ----------
@@ -94,7 +96,8 @@ def chart(dataset):
     for name in ("status", "stability"):
         if name not in dataset:
             raise StudyError(f"the dataset has no variable {name!r}; a chart cannot be drawn")
-    for axis in ("H", "P"):
+    control = control_of(dataset.sizes)
+    for axis in ("H", control):
         if dataset.sizes.get(axis, 0) < 2 or not np.isfinite(dataset[axis]).all():
             raise StudyError(f"the dataset has fewer than two values of {axis}; a chart needs a plane")
     panels = dataset.sizes["ends"]
@@ -107,9 +110,9 @@ def chart(dataset):
     for unused in axes.flat[panels:]:
         unused.remove()
     for left in axes[:, 0]:
-        left.set_ylabel("thrust  $P = P^*L^2/4\\pi^2EI$")
+        left.set_ylabel(AXES[control])
     axes = list(axes.flat[:panels])
-    pictures = [_picture(dataset.isel(ends=number)) for number in range(panels)]
+    pictures = [_picture(dataset.isel(ends=number), control) for number in range(panels)]
     found = {name for picture in pictures for name in np.unique(picture.names)}
     palette = _palette(sorted(found, key=_rank))
     for ax, picture in zip(axes, pictures, strict=True):
@@ -132,9 +135,9 @@ def save_chart(dataset, path):
 
 
 def _stable_sets(panel):
-    """For each (H, P) the names of the stable states, joined."""
+    """For each point of the plane the names of the stable states, joined."""
     stable = (panel["status"] == Status.SOLVED) & (panel["stability"] == Stability.STABLE)
-    stable = stable.transpose("H", "P", "state").values
+    stable = stable.transpose("H", ..., "state").values
     names = np.full(stable.shape[:2], "", object)
     for number, state in enumerate(panel["state"].values):
         joined = np.where(names == "", state, names + f" + {state}")
@@ -159,33 +162,34 @@ def _label(name):
 
 
 class Picture(NamedTuple):
-    """One panel: names of the stable states (H, P) on a fine grid, and the curves over its `H`."""
+    """One panel: names of the stable states (H, given) on a fine grid, and the curves over its `H`."""
 
     ends: str
     H: np.ndarray
-    P: np.ndarray
+    given: np.ndarray
     names: np.ndarray
     curves: dict
 
 
-def _picture(panel):
+def _picture(panel, control):
     """Sharpen the grid of one end condition to a picture."""
-    ends, H, P = str(panel["ends"].values), panel["H"].values, panel["P"].values
+    ends, H, given = str(panel["ends"].values), panel["H"].values, panel[control].values
     states = [str(name) for name in panel["state"].values]
-    fine_H, fine_P = (_between(labels, count) for labels, count in zip((H, P), PICTURE, strict=True))
-    curves = _curves(ends, fine_H, states)
-    names = _sharpen(H, P, _stable_sets(panel), fine_H, fine_P, curves, ends, states)
-    return Picture(ends, fine_H, fine_P, names, curves)
+    fine_H, fine = (_between(labels, count) for labels, count in zip((H, given), PICTURE, strict=True))
+    # The transition loads are those of load control: at prescribed shortening more is stable.
+    curves = _curves(ends, fine_H, states) if control == "P" else {}
+    names = _sharpen(H, given, _stable_sets(panel), fine_H, fine, curves, ends, states)
+    return Picture(ends, fine_H, fine, names, curves)
 
 
 def _panel(ax, picture, palette):
     """Draw one panel: regions, exact curves, their names."""
-    _, H, P, names, curves = picture
+    _, H, given, names, curves = picture
     order = list(palette)
     codes = np.vectorize(order.index)(names)
     ax.pcolormesh(
         H,
-        P,
+        given,
         codes.T,
         cmap=ListedColormap(list(palette.values())),
         vmin=-0.5,
@@ -194,16 +198,16 @@ def _panel(ax, picture, palette):
         rasterized=True,
     )
     for event, load in curves.items():
-        if ((load >= P[0]) & (load <= P[-1])).any():
+        if ((load >= given[0]) & (load <= given[-1])).any():
             ax.plot(H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
-    _name_regions(ax, names, H, P, palette)
+    _name_regions(ax, names, H, given, palette)
     if _log_spaced(H):
         ax.set_xscale("log")
     else:
         ax.xaxis.set_major_locator(MaxNLocator(5))
-    if _log_spaced(P):
+    if _log_spaced(given):
         ax.set_yscale("log")
-    ax.set(xlim=(H[0], H[-1]), ylim=(P[0], P[-1]), xlabel="half gap  $H = H^*/L$", title=picture.ends)
+    ax.set(xlim=(H[0], H[-1]), ylim=(given[0], given[-1]), xlabel="half gap  $H = H^*/L$", title=picture.ends)
 
 
 def _curves(ends, H, names):
@@ -267,7 +271,7 @@ def _known_ends(ends):
         raise StudyError(f"the dataset cannot be drawn: {problem}") from None
 
 
-def _name_regions(ax, picture, H, P, palette):
+def _name_regions(ax, picture, H, given, palette):
     """Write the name of each region where there is most room for it."""
     for name in palette:
         inside = np.pad(picture == name, 1)
@@ -279,7 +283,7 @@ def _name_regions(ax, picture, H, P, palette):
         dark = sum(int(palette[name][k : k + 2], 16) for k in (1, 3, 5)) < 330
         ax.text(
             H[i],
-            P[j],
+            given[j],
             name if name != "none" else "none stable",
             ha="center",
             va="center",

@@ -9,18 +9,19 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
-from studies.evaluate import solve_points
+from studies.evaluate import solve_points, unknown, word_failed
 from studies.files import content_hash, identify, opened, read_labels
-from studies.schema import GRID, STATES, VARIABLES
-from studies.shards import summarise
-from studies.study import Study
+from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
+from studies.shards import potential, summarise
+from studies.study import Outputs, Study
 
-SAMPLE = 200
+SAMPLE, SAMPLE_GAPS = 200, 3
+"""Grid points to solve again; under prescribed shortening, at how many gaps, since each is traced."""
 ROUNDING = 1e-12
 ROOM = 100.0
 """Values differ between processors by rounding; `error` bounds it for κ, lengths and energy, the others
 follow from these with a factor."""
-RELATIVE = ("energy", "bending_energy", "shortening")
+RELATIVE = ("energy", "bending_energy", "shortening", "P")
 
 
 def check(path, sample=SAMPLE, seed=0):
@@ -55,17 +56,17 @@ def check(path, sample=SAMPLE, seed=0):
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
     study = _study(path, attributes, problems)
     with opened(path) as dataset:
+        control = control_of(dataset.dimensions)
+        axes = ("ends", "H", control, "state")
         shapes = {name: variable.dimensions for name, variable in dataset.variables.items()}
-        missing = [
-            name
-            for name, variable in VARIABLES.items()
-            if variable.dims in (GRID, STATES) and shapes.get(name) != variable.dims
-        ]
+        labels = {name: read_labels(dataset.variables[name], path) for name in axes}
+        outputs = Outputs() if study is None else study.outputs
+        expected = variables(dict.fromkeys(dataset.dimensions), outputs)
+        missing = [name for name, variable in expected.items() if shapes.get(name) != variable.dims]
         if missing:
             raise StudyError(f"{path}: {', '.join(missing)} missing or without its dimensions; damaged")
-        labels = {name: read_labels(dataset.variables[name], path) for name in STATES}
-        values = {name: dataset.variables[name][:] for name in shapes if name in VARIABLES}
-    problems += _flags(values) + _ranges(values, labels) + _counts(values)
+        values = {name: dataset.variables[name][:] for name in expected}
+    problems += _flags(values) + _ranges(values, labels) + _counts(values, control)
     if study is not None:
         foreign = _agreement(study, labels)
         problems += foreign or _recompute(study, labels, values, sample, seed)
@@ -74,20 +75,25 @@ def check(path, sample=SAMPLE, seed=0):
 
 def _agreement(study, labels):
     """Labels that are not those of the study."""
-    wanted = {axis: np.array(getattr(study.grid, axis)) for axis in GRID}
+    grid = study.grid
+    if grid.control not in labels:
+        return [f"the study prescribes {grid.control}, the dataset does not"]
+    wanted = {"ends": grid.ends, "H": grid.H, grid.control: grid.given}
     problems = [
         f"the labels of {axis} are not those of the study"
         for axis, expected in wanted.items()
-        if not np.array_equal(labels[axis], expected)
+        if not np.array_equal(labels[axis], np.array(expected))
     ]
-    if not set(labels["state"]) <= set(study.state_names):
+    asked = set(study.task.names)
+    first_roots = {name.partition(":")[0] if study.task.every_root else name for name in labels["state"]}
+    if not first_roots <= asked:
         problems.append("there are states that the study did not ask for")
     return problems
 
 
-def _counts(values):
+def _counts(values, control):
     """Summaries over the states that do not follow from the states."""
-    stable, preferred = summarise(values["status"], values["stability"], values["energy"])
+    stable, preferred = summarise(values["status"], values["stability"], values[potential(control)])
     problems = []
     if not np.array_equal(stable, values["stable_count"]):
         problems.append("stable_count is not the number of stable states")
@@ -133,7 +139,11 @@ def _ranges(values, labels):
     for name, good in (
         ("curvature", values["curvature"] >= 0),
         ("bending_energy", values["bending_energy"] >= 0),
-        ("shortening", (values["shortening"] >= -slack) & (values["shortening"] <= 2)),
+        *(
+            (name, (values[name] >= -slack) & (values[name] <= most))
+            for name, most in (("shortening", 2), ("P", np.inf))
+            if name in values
+        ),
         ("flat_length", (values["flat_length"] >= -slack) & (values["flat_length"] <= 1)),
         ("clearance", (values["clearance"] >= -slack) & (values["clearance"] <= H + slack)),
         ("error", values["error"] >= 0),
@@ -146,32 +156,61 @@ def _ranges(values, labels):
 def _recompute(study, labels, values, sample, seed):
     """Solve some grid points again and compare: flags exactly, numbers within `error`."""
     names = [str(name) for name in labels["state"]]
-    shape = tuple(labels[axis].size for axis in STATES[:3])
-    count = min(sample, int(np.prod(shape)))
-    chosen = np.random.default_rng(seed).choice(int(np.prod(shape)), count, replace=False)
-    e, i, j = np.unravel_index(np.sort(chosen), shape)
+    control = study.grid.control
+    e, i, j = _chosen(labels, control, sample, seed)
     problems = []
-    for number, ends in enumerate(labels["ends"]):
+    for number, ends in enumerate(study.grid.ends):
         here = (number, i[e == number], j[e == number])
-        H, P = labels["H"][here[1]], labels["P"][here[2]]
-        again, _ = solve_points(str(ends), H, P, names, study.outputs)
-        old = {name: values[name][here] for name in again if name in values}
-        for name in old:
-            differs = _differs(name, old, again)
+        H, given = labels["H"][here[1]], labels[control][here[2]]
+        found, solved, _ = solve_points(ends, H, control, given, study.task)
+        again = _labelled(solved, found, names, study, ends)
+        old = {name: values[name][here] for name in again}
+        sure = ~(word_failed(old["status"], names) | word_failed(again["status"], names))
+        differing = {name: _differs(name, old, again, sure) for name in again}
+        lost = [name for name in found if name not in names]
+        status = solved["status"][:, [found.index(name) for name in lost]]
+        differing["state"] = (status == Status.SOLVED).any(axis=1)
+        for name, differs in differing.items():
             if differs.any():
                 point = int(np.flatnonzero(differs)[0])
                 problems.append(
                     f"{name} cannot be found again at {differs.sum()} of {H.size} points of {ends}, "
-                    f"first at H={H[point]:g}, P={P[point]:g}"
+                    f"first at H={H[point]:g}, {control}={given[point]:g}"
                 )
     return problems
 
 
-def _differs(name, old, new):
-    """Points where a variable differs by more than rounding, shape (n,)."""
-    sure = (old["stability"] != Stability.CRITICAL) & (new["stability"] != Stability.CRITICAL)
-    sure &= (old["status"] != Status.FAILED) & (new["status"] != Status.FAILED)
-    a, b = old[name], new[name][tuple(slice(size) for size in old[name].shape)]
+def _chosen(labels, control, sample, seed):
+    """Indices along ends, H and the control of the points to solve again."""
+    rng = np.random.default_rng(seed)
+    gaps = np.arange(labels["H"].size)
+    if control != "P":
+        gaps = np.sort(rng.permutation(gaps)[:SAMPLE_GAPS])
+    shape = (labels["ends"].size, gaps.size, labels[control].size)
+    points = int(np.prod(shape))
+    chosen = np.sort(rng.choice(points, min(sample, points), replace=False))
+    e, i, j = np.unravel_index(chosen, shape)
+    return e, gaps[i], j
+
+
+def _labelled(solved, found, names, study, ends):
+    """What was solved now, with the states in the order of the dataset."""
+    labels = coordinates((ends,), (), study.grid.control, (), names, study.outputs)
+    common = [(state, found.index(name)) for state, name in enumerate(names) if name in found]
+    arrays = {}
+    for name, variable in per_state(labels, study.outputs).items():
+        sizes = (len(solved["status"]), *(labels[dim].size for dim in variable.dims[3:]))
+        arrays[name] = unknown(name, variable, sizes, names, ends)
+        for state, place in common if name in solved else ():
+            extra = tuple(slice(min(both)) for both in zip(sizes[2:], solved[name].shape[2:], strict=True))
+            arrays[name][(slice(None), state, *extra)] = solved[name][(slice(None), place, *extra)]
+    return arrays
+
+
+def _differs(name, old, new, sure):
+    """Points where a variable differs by more than rounding, of those that are sure, shape (n,)."""
+    sure = sure & (old["stability"] != Stability.CRITICAL) & (new["stability"] != Stability.CRITICAL)
+    a, b = old[name], new[name]
     if VARIABLES[name].dtype != "f8":
         return ((a != b) & sure).any(axis=1)
     extra = (1,) * (a.ndim - 2)
@@ -193,7 +232,7 @@ def _describe(path, attributes, labels, values, sample):
         f"  computed    {attributes.get('date_created', 'unknown')} by {attributes.get('source', 'unknown')}",
         f"  ends        {', '.join(labels['ends'])}",
     ]
-    for axis in ("H", "P"):
+    for axis in ("H", control_of(labels)):
         label = labels[axis]
         lines.append(f"  {axis:<11} {label.size} values from {label[0]:g} to {label[-1]:g}")
     lines.append("  state         solved   stable  inadmissible  no equilibrium  failed")

@@ -1,18 +1,22 @@
 """Solve one block of a study: a pure function from labels to arrays.
 
-An exception at one point costs that point: the block is halved until the point stands alone, which is
-recorded as failed with the reason. Left out: files, processes, progress.
+An exception at one point costs that point: the block is halved until the point stands alone, then the
+states that are searched together until the guilty one does, which is recorded as failed with the reason.
+Left out: files, processes, progress.
 """
 
 from dataclasses import fields
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from elastica.catalogue import search
 from elastica.codes import Status
+from elastica.ends import parse_ends
 from elastica.solution import Solution, solve
-from elastica.states import is_canonical
+from elastica.states import is_canonical, parse_state
 from studies.schema import PER_CONTACT, VARIABLES, coordinates, per_state
 
 PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
@@ -20,131 +24,245 @@ FIELDS = {field.name for field in fields(Solution)}
 
 
 class Block(NamedTuple):
-    """A rectangle of the grid: one end condition, some half gaps, some loads, every state.
+    """A rectangle of the grid: one end condition, some half gaps, some loads or shortenings, every state.
 
-    `place` is the position (ends, first H, first P) in the grid.
+    `place` is the position (ends, first H, first of those given) in the grid; `control` says what is given.
     """
 
     place: tuple[int, int, int]
     ends: str
     H: tuple[float, ...]
-    P: tuple[float, ...]
+    control: str
+    given: tuple[float, ...]
 
     @property
     def points(self):
         """Number of grid points."""
-        return len(self.H) * len(self.P)
+        return len(self.H) * len(self.given)
+
+
+class Task(NamedTuple):
+    """What is computed at every grid point.
+
+    With `every_root`, all roots of the words among `names`, which are then those of first roots;
+    `outputs` are those of the study.
+    """
+
+    names: tuple[str, ...]
+    every_root: bool
+    outputs: object
+
+    def in_order(self, found):
+        """Names that label a dataset in which these were found: by name, then by root; never none."""
+        if not self.every_root:
+            return self.names
+        place = {name: number for number, name in enumerate(self.names)}
+
+        def rank(name):
+            first, _, root = name.partition(":")
+            return place[first], int(root or 1)
+
+        return tuple(sorted(set(found), key=rank)) or self.names[:1]
+
+
+class Piece(NamedTuple):
+    """One state at some points: values by variable, and reasons of failure by position in `points`."""
+
+    name: str
+    points: np.ndarray
+    values: dict
+    reasons: dict
 
 
 class Failure(NamedTuple):
-    """A point that could not be solved: indices along ends, H, P and state, and why."""
+    """A point that could not be solved: indices along ends, H, load or shortening, state; and why."""
 
     ends: int
     H: int
-    P: int
+    given: int
     state: int
     reason: str
 
 
-def evaluate(block, names, outputs):
+def evaluate(block, task):
     """Solve every state at every point of a block.
 
     Parameters
     ----------
     block : Block
-    names : sequence of str
-        Canonical names of the states.
-    outputs : studies.study.Outputs
+    task : Task
 
     Returns
     -------
+    names : tuple of str
+        Labels of the states; of a search those that have an equilibrium somewhere in the block.
     arrays : dict of str to ndarray
         The variables of the block, first dimension `ends` of length one.
     failures : list of Failure
     """
-    H, P = (grid.ravel() for grid in np.meshgrid(block.H, block.P, indexing="ij"))
-    arrays, failed = solve_points(block.ends, H, P, names, outputs)
-    shape = (1, len(block.H), len(block.P))
+    H, given = (grid.ravel() for grid in np.meshgrid(block.H, block.given, indexing="ij"))
+    names, arrays, failed = solve_points(block.ends, H, block.control, given, task)
+    shape = (1, len(block.H), len(block.given))
     failures = []
     for point, state, reason in failed:
-        row, column = divmod(point, len(block.P))
+        row, column = divmod(point, len(block.given))
         ends, first_row, first_column = block.place
         failures.append(Failure(ends, first_row + row, first_column + column, state, reason))
-    return {name: values.reshape(shape + values.shape[1:]) for name, values in arrays.items()}, failures
+    arrays = {name: values.reshape(shape + values.shape[1:]) for name, values in arrays.items()}
+    return names, arrays, failures
 
 
-def solve_points(ends, H, P, names, outputs):
+def solve_points(ends, H, control, given, task):
     """Solve every state at n points.
 
     Parameters
     ----------
     ends : str
-    H, P : ndarray, shape (n,)
-    names : sequence of str
-    outputs : studies.study.Outputs
+    H : ndarray, shape (n,)
+    control : str
+    given : ndarray, shape (n,)
+        Loads or shortenings.
+    task : Task
 
     Returns
     -------
+    names : tuple of str
     arrays : dict of str to ndarray, shape (n, states, ...)
     failed : list of (point, state, reason)
     """
-    labels = coordinates((ends,), (), (), names, outputs)
-    arrays = {
-        name: np.full(
-            (H.size, *(labels[dim].size for dim in variable.dims[3:])), variable.missing, variable.dtype
-        )
-        for name, variable in per_state(labels).items()
-    }
-    failed = []
+    solvers = []
+    alone = [name for name in task.names if is_canonical(name, ends)]
+    if task.every_root:
+        # Shapes without contact have one root, and `solve` says where they are too steep to be found.
+        words = [name for name in alone if parse_state(name, ends).word]
+        alone = [name for name in alone if name not in words]
+        solvers.append((_search, words))
+    solvers += [(_solve, [name]) for name in alone]
+    pieces = []
     # Threads of BLAS would compete with the other workers for the same cores.
     with threadpool_limits(limits=1):
-        for state, name in enumerate(names):
-            if not is_canonical(name, ends):
-                continue
-            for points, values, reasons in _survive(name, ends, H, P, outputs):
-                for variable, value in values.items():
-                    target = arrays[variable]
-                    if variable in PER_CONTACT_NAMES:
-                        target[points, state, : value.shape[1]] = value
-                    else:
-                        target[points, state] = value
-                failed += [(int(points[i]), state, reason) for i, reason in sorted(reasons.items())]
-    return arrays, failed
+        for solver, names in solvers:
+            compute = partial(solver, ends, H, control, given, task.outputs)
+            pieces += _survive(compute, names, H.size)
+    exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
+    names = task.in_order(exist)
+    labels = coordinates((ends,), (), control, (), names, task.outputs)
+    arrays = {
+        name: unknown(name, variable, (H.size, *(labels[dim].size for dim in variable.dims[3:])), names, ends)
+        for name, variable in per_state(labels, task.outputs).items()
+    }
+    failed = []
+    place = {name: number for number, name in enumerate(names)}
+    for name, points, values, reasons in pieces:
+        if name not in place:
+            continue
+        state = place[name]
+        for variable, value in values.items():
+            # A state may have fewer contacts, or be asked for fewer modes, than there are labels.
+            extra = tuple(slice(size) for size in value.shape[1:])
+            arrays[variable][(points, state, *extra)] = value
+        failed += [(int(points[i]), state, reason) for i, reason in reasons.items()]
+    return names, arrays, sorted(failed)
 
 
-def _survive(name, ends, H, P, outputs):
-    """Solve the points given; where that raises, solve the halves.
+def unknown(name, variable, shape, states, ends):
+    """Values of a variable where nothing was found: no equilibrium, if the state has a meaning there.
+
+    Parameters
+    ----------
+    name : str
+    variable : Variable
+    shape : tuple of int
+    states : sequence of str
+        Labels of the states, the last axis of `status`.
+    ends : str
+
+    Returns
+    -------
+    ndarray
+    """
+    values = np.full(shape, variable.missing, variable.dtype)
+    if name == "status":
+        known = [is_canonical(state.partition(":")[0], ends) for state in states]
+        values[..., known] = Status.NO_EQUILIBRIUM
+    return values
+
+
+def word_failed(status, states):
+    """Whether the search for a state's word failed: then nothing is known of its further roots.
+
+    Parameters
+    ----------
+    status : ndarray, shape (..., states)
+    states : sequence of str
+        Labels of the states.
+
+    Returns
+    -------
+    ndarray of bool, shape (..., states)
+    """
+    failed = status == Status.FAILED
+    place = {state: number for number, state in enumerate(states)}
+    first = [place.get(state.partition(":")[0], number) for state, number in place.items()]
+    return failed | failed[..., first]
+
+
+def _survive(compute, names, points):
+    """Solve names at all points; where that raises, at the halves, then half of the names.
 
     Yields
     ------
-    points : ndarray of int
-    values : dict of str to ndarray
-    reasons : dict of int to str
-        By position in `points`.
+    Piece
     """
-    parts = [np.arange(H.size)]
+    parts = [(np.arange(points), names)] if names else []
     while parts:
-        points = parts.pop()
+        points, names = parts.pop()
         try:
-            values, reasons = _solve(name, ends, H[points], P[points], outputs)
+            pieces = list(compute(names, points))
         except Exception as problem:  # Whatever went wrong is recorded with the point.
             if points.size > 1:
-                parts += [points[points.size // 2 :], points[: points.size // 2]]
-                continue
-            values = {"status": np.array([Status.FAILED])}
-            reasons = {0: f"{type(problem).__name__}: {problem}"}
-        yield points, values, reasons
+                parts += [(half, names) for half in np.array_split(points, 2)[::-1]]
+            elif len(names) > 1:
+                middle = len(names) // 2
+                parts += [(points, names[middle:]), (points, names[:middle])]
+            else:
+                status = {"status": np.array([Status.FAILED])}
+                yield Piece(names[0], points, status, {0: f"{type(problem).__name__}: {problem}"})
+            continue
+        yield from pieces
 
 
-def _solve(name, ends, H, P, outputs):
-    solution = solve(name, P=P, H=H, ends=ends)
-    values = {name: getattr(solution, name) for name in VARIABLES if name in FIELDS}
+def _solve(ends, H, control, given, outputs, names, points):
+    """Single states, one root each."""
+    for name in names:
+        solution = solve(name, H=H[points], ends=ends, **{control: given[points]})
+        yield Piece(name, points, _values(solution, outputs), solution.reasons)
+
+
+def _search(ends, H, control, given, outputs, names, points):
+    """Every root of words."""
+    found = search(names, parse_ends(ends), control, given[points], H[points])
+    for place, numbers, solution in found:
+        values = _values(solution, outputs)
+        for number in np.unique(numbers):
+            own = np.flatnonzero(numbers == number)
+            name = solution.state.name + (f":{number}" if number > 1 else "")
+            yield Piece(name, points[place[own]], {key: value[own] for key, value in values.items()}, {})
+
+
+def _values(solution, outputs):
+    """What a dataset stores of a solution, by variable."""
+    values = {
+        name: getattr(solution, name) for name in VARIABLES if name in FIELDS and name != solution.control
+    }
     if not solution.state.word:
         for name in PER_CONTACT_NAMES:
             del values[name]
     if outputs.eigenvalues:
         values["eigenvalue"] = solution.eigenvalues(outputs.eigenvalues)
+    if outputs.frequencies:
+        values["frequency"] = solution.frequencies(outputs.frequencies)
     if outputs.shapes:
         shape = solution.shape(outputs.shapes)
         values |= {"theta": shape.theta, "x": shape.x, "y": shape.y}
-    return values, solution.reasons
+    return values

@@ -15,12 +15,11 @@ import netCDF4
 import numpy as np
 
 from studies.errors import StudyError
-from studies.schema import COORDINATES, FORMAT_VERSION
+from studies.schema import CONTROLS, COORDINATES, FORMAT_VERSION
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
-FAILURE_INDICES = ("failure_ends", "failure_H", "failure_P", "failure_state")
 
 
 @contextmanager
@@ -112,7 +111,7 @@ def write_labels(dataset, dim, values, attributes):
 
 
 def chunks(variable, sizes):
-    """Chunk sizes: whole planes of one state up to 4 MB; of shapes, whole strips along P."""
+    """Chunk sizes: whole planes of one state up to 4 MB; of shapes, whole strips along the control."""
     item = np.dtype(variable.dtype).itemsize
     extra = sizes[4:]
     room = max(1, CHUNK_BYTES // (item * int(np.prod(extra, initial=1))))
@@ -121,12 +120,17 @@ def chunks(variable, sizes):
     return [1, rows, columns, 1, *extra][: len(sizes)]
 
 
-def write_failures(dataset, failures):
+def failure_indices(control):
+    """Columns of the failure table that say where a point is."""
+    return tuple(f"failure_{axis}" for axis in ("ends", "H", control, "state"))
+
+
+def write_failures(dataset, control, failures):
     """The table of points that could not be solved; nothing where there are none."""
     if not failures:
         return
     dataset.createDimension("failure", len(failures))
-    for column, name in enumerate(FAILURE_INDICES):
+    for column, name in enumerate(failure_indices(control)):
         variable = dataset.createVariable(name, "i4", ("failure",), fill_value=False, **COMPRESSION)
         variable.long_name = f"position along {name.partition('_')[2]} of a point that failed"
         variable[:] = np.array([failure[column] for failure in failures], "i4")
@@ -212,7 +216,7 @@ def identify(path):
     try:
         with opened(path) as dataset:
             attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
-            present = set(dataset.variables)
+            present, dims = set(dataset.variables), set(dataset.dimensions)
     except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as problem:
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
     version = attributes.get("format_version")
@@ -224,7 +228,9 @@ def identify(path):
             f"{path}: format {version} is newer than {FORMAT_VERSION}, which this version reads; "
             "install a newer constrained-elastica"
         )
-    missing = {"ends", "H", "P", "state", "status"} - present
+    missing = {"ends", "H", "state", "status"} - present
+    if not dims & set(CONTROLS):
+        missing.add("P")
     if missing:
         raise StudyError(f"{path}: {', '.join(sorted(missing))} is missing; the file is damaged")
     return attributes

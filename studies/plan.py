@@ -6,22 +6,41 @@ never changes a value.
 
 from dataclasses import dataclass
 from math import ceil, prod
+from typing import NamedTuple
 
 import numpy as np
 
+from elastica.ends import parse_ends
+from elastica.equilibrium import CHUNK, alternates
 from elastica.states import is_canonical, parse_state
-from studies.evaluate import Block
+from studies.evaluate import Block, Task
 from studies.schema import coordinates, variables
 from studies.study import Study
 
-SECONDS_PER_STATE = {"direct": 8e-6, "sweep": 120e-6}
-"""One state at one grid point on one core of 2020–25: from a closed start, and by a sweep in κ."""
-SECONDS_PER_SWEEP = 0.08
-"""What a sweep costs each block, however few its points."""
-SECONDS_PER_EIGENVALUES = 250e-6
+SECONDS_PER_STATE = 8e-6
+"""One state at one grid point on one core of 2020–25, from a closed start."""
+SECONDS_PER_WORD = 30e-6
+"""The same where every root is sought."""
+SECONDS_PER_SWEEP = 0.05
+"""What the search for a word costs each chunk of points, however few they are."""
+SECONDS_PER_BRANCH = 0.045
+"""Tracing the branches of a word with one contact at one gap, under prescribed shortening."""
+SECONDS_PER_TRACING = 0.6
+"""What tracing costs each chunk for such a word, however few its gaps."""
+SPRINGS = 8.0
+"""Factor of all this for segments at springs, whose lengths are integrated."""
+ROOTS = 4
+"""More roots than words have on the average, and are solved somewhere, at the loads of usual studies."""
+SECONDS_PER_EIGENVALUES = 1.7e-3
+"""Of one solved state; as many as there are words if every root is sought, else a third of those named."""
 SECONDS_PER_SAMPLE = 1e-6
 SECONDS_PER_BLOCK = 2.0
-LARGEST_BLOCK = 20_000
+LARGEST_BLOCK, LARGEST_SEARCH = 20_000, 4_000
+"""Grid points of a block; the second where every root of words with two and more contacts is sought."""
+GAPS_PER_BLOCK = 20
+"""Under prescribed shortening, where the cost of a block hardly depends on the other label."""
+LARGEST_ARRAY = 400_000_000
+"""Bytes that a block may hold."""
 SMALL = 6.0
 """Seconds of work below which starting worker processes costs more than it saves."""
 WARN_BYTES = 1_000_000_000
@@ -34,21 +53,22 @@ class Plan:
     Attributes
     ----------
     study : Study
-    names : tuple of str
-        Canonical names of the states searched.
+    task : Task
+        What is computed at each grid point.
     blocks : tuple of Block
     points : int
         Grid points.
     states : int
-        Pairs of a grid point and a state to solve.
+        Pairs of a grid point and a state to solve, each word counted once.
     bytes : int
-        Uncompressed size of the dataset, an upper bound for the file.
+        Uncompressed size of the dataset. An upper bound for the file, unless words have more roots than
+        expected.
     seconds : float
         Expected work on one core.
     """
 
     study: Study
-    names: tuple
+    task: Task
     blocks: tuple
     points: int
     states: int
@@ -58,33 +78,29 @@ class Plan:
     @classmethod
     def of(cls, study, block_points=None):
         """Plan a study; `block_points` overrides the number of grid points of a block."""
-        grid, names = study.grid, study.state_names
-        H, P = len(grid.H), len(grid.P)
-        per_point = {ends: _seconds_per_point(study, names, ends) for ends in grid.ends}
+        grid, task = study.grid, study.task
+        H, given = len(grid.H), len(grid.given)
+        costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
+        per_point = _bytes(study, task, points=1)
         blocks = []
         for number, ends in enumerate(grid.ends):
-            size = block_points or min(LARGEST_BLOCK, ceil(SECONDS_PER_BLOCK / max(per_point[ends], 1e-9)))
-            columns = min(P, size)
+            size = block_points or _block_points(costs[ends], task, grid, per_point)
+            columns = min(given, size)
             rows = max(1, min(H, size // columns))
             blocks += [
-                Block((number, i, j), ends, grid.H[i : i + rows], grid.P[j : j + columns])
+                Block((number, i, j), ends, grid.H[i : i + rows], grid.control, grid.given[j : j + columns])
                 for i in range(0, H, rows)
-                for j in range(0, P, columns)
+                for j in range(0, given, columns)
             ]
-        labels = coordinates(grid.ends, grid.H, grid.P, names, study.outputs)
-        size = sum(
-            np.dtype(variable.dtype).itemsize * prod(labels[dim].size for dim in variable.dims)
-            for variable in variables(labels).values()
-        )
+        points = len(grid.ends) * H * given
         return cls(
             study=study,
-            names=names,
+            task=task,
             blocks=tuple(blocks),
-            points=len(grid.ends) * H * P,
-            states=H * P * sum(is_canonical(name, ends) for name in names for ends in grid.ends),
-            bytes=size,
-            seconds=H * P * sum(per_point.values())
-            + SECONDS_PER_SWEEP * sum(_sweeps(names, block.ends) for block in blocks),
+            points=points,
+            states=H * given * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
+            bytes=_bytes(study, task, points),
+            seconds=sum(costs[block.ends].of(block) for block in blocks),
         )
 
     @property
@@ -97,9 +113,11 @@ class Plan:
         lines = [
             f"study     {self.study.name} ({self.study.study_id[:8]})",
             f"points    {self.points:,} grid points, {self.states:,} states to solve: "
-            + " ".join(self.names),
+            + " ".join(self.task.names)
+            + ", with every root of the words" * self.task.every_root,
             f"blocks    {len(self.blocks):,}",
-            f"size      at most {readable_bytes(self.bytes)} before compression",
+            f"size      at most {readable_bytes(self.bytes)} before compression"
+            + f", if words have {ROOTS} roots on the average" * self.task.every_root,
             f"time      about {readable_time(self.seconds)} of work, "
             f"{readable_time(self.seconds / workers)} on {workers} worker{'s' * (workers > 1)}",
         ]
@@ -111,28 +129,70 @@ class Plan:
         return lines
 
 
-def _seconds_per_point(study, names, ends):
-    """Expected work at a grid point with these ends."""
-    known = [parse_state(name, ends) for name in names if is_canonical(name, ends)]
-    sweeps = _sweeps(names, ends)
+class Costs(NamedTuple):
+    """Seconds that each chunk of points solved together takes, each gap and each point."""
+
+    chunk: float
+    gap: float
+    point: float
+
+    def of(self, block):
+        """Seconds of a block."""
+        chunks = ceil(block.points / CHUNK)
+        return self.chunk * chunks + self.gap * len(block.H) + self.point * block.points
+
+
+def _costs(task, ends, control):
+    """Expected work with these ends."""
+    outputs = task.outputs
+    known = [parse_state(name, ends) for name in task.names if is_canonical(name, ends)]
+    # Line states and words of one root have a closed start, unless all roots are wanted.
+    swept = [
+        state
+        for state in known
+        if state.word and (task.every_root or control != "P" or not (state.line or _alternates(state, ends)))
+    ]
+    springs = SPRINGS if any(not (end.clamped or end.pinned) for end in parse_ends(ends)) else 1.0
     bent = sum(not state.straight for state in known)
-    return (
-        SECONDS_PER_STATE["sweep"] * sweeps
-        + SECONDS_PER_STATE["direct"] * (len(known) - sweeps)
-        # About a third of the states asked for exist at a point.
-        + SECONDS_PER_EIGENVALUES / 3 * bool(study.outputs.eigenvalues) * bent
-        + SECONDS_PER_SAMPLE * study.outputs.shapes * len(known)
+    solved = bent if task.every_root else bent / 3
+    per_point = (
+        SECONDS_PER_STATE * springs * (len(known) - len(swept))
+        + SECONDS_PER_EIGENVALUES * ((outputs.eigenvalues > 0) + (outputs.frequencies > 0)) * solved
+        + SECONDS_PER_SAMPLE * outputs.shapes * len(known)
     )
+    if control == "P":
+        searching = springs * len(swept)
+        return Costs(SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
+    tracing = springs * sum(len(state.word) for state in swept)
+    return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
 
 
-def _sweeps(names, ends):
-    """Number of states with these ends that need a sweep in κ."""
-    return sum(
-        any(segment.kind.turning_points > 1 for segment in state.segments(ends))
-        for name in names
-        if is_canonical(name, ends)
-        for state in [parse_state(name, ends)]
-        if state.word and not state.line
+def _alternates(state, ends):
+    return state.root == 1 and alternates(state, ends)
+
+
+def _block_points(costs, task, grid, bytes_per_point):
+    """Grid points of a block: some seconds of work that fit into memory."""
+    most = max(1, LARGEST_ARRAY // bytes_per_point)
+    if grid.control != "P":
+        # Branches are traced once for each gap, so whole rows belong together.
+        return max(1, min(GAPS_PER_BLOCK, min(most, CHUNK) // len(grid.given))) * len(grid.given)
+    contacts = max(name.count("U") + name.count("D") for name in task.names)
+    largest = LARGEST_SEARCH if task.every_root and contacts > 1 else LARGEST_BLOCK
+    seconds = max(SECONDS_PER_BLOCK, 10 * costs.chunk)
+    return min(most, largest, ceil(seconds / max(costs.point, 1e-9)))
+
+
+def _bytes(study, task, points):
+    """Size of a dataset with the number of states expected and this number of points."""
+    grid, outputs = study.grid, task.outputs
+    labels = coordinates((), (), grid.control, (), task.names, outputs)
+    words = sum(name.strip("a-")[0] in "UD" for name in task.names)
+    states = len(task.names) + (ROOTS - 1) * words * task.every_root
+    return points * sum(
+        np.dtype(variable.dtype).itemsize
+        * prod(states if dim == "state" else labels[dim].size for dim in variable.dims[3:])
+        for variable in variables(labels, outputs).values()
     )
 
 

@@ -88,7 +88,7 @@ def compute(plan, out, workers=None, client=None):
     identity = plan.study.identity
     todo = [b for b in plan.blocks if not shard_is_valid(shard_path(folder, b), identity)]
     finished = plan.points - sum(block.points for block in todo)
-    common = (plan.names, plan.study.outputs, identity, folder.resolve())
+    common = (plan.task, identity, folder.resolve())
     with ExitStack() as stack:
         if client is None and workers is None and (plan.small or len(todo) == 1):
             workers = 0

@@ -10,7 +10,10 @@ import numpy as np
 from elastica.codes import Stability, Status
 
 FORMAT_VERSION = 1
-GRID = ("ends", "H", "P")
+CONTROLS = ("P", "shortening")
+"""What may be prescribed: one of them is a dimension, the other a variable."""
+GRID = ("ends", "H", "control")
+"""Dimensions of a grid point; `control` stands for the name of what is prescribed."""
 STATES = (*GRID, "state")
 PER_CONTACT, PER_MODE, ALONG = ((*STATES, extra) for extra in ("contact", "mode", "s"))
 
@@ -56,7 +59,7 @@ VARIABLES = {
         "stability with contacts free to move",
         Stability.NOT_SOLVED,
         flags=Stability,
-        comment="by the second variation under load control; -1 unless status is solved",
+        comment="by the second variation at the load or shortening prescribed; -1 unless status is solved",
     ),
     "index": Variable(
         "i2",
@@ -79,6 +82,7 @@ VARIABLES = {
     "bending_energy": Variable(
         "f8", STATES, "bending energy", comment="L/(4 pi^2 EI) times the dimensional energy"
     ),
+    "P": Variable("f8", STATES, "thrust", comment="P* L^2/(4 pi^2 EI)"),
     "shortening": Variable("f8", STATES, "approach of the ends", comment="Delta L*/L"),
     "flat_length": Variable("f8", STATES, "length lying flat on the walls", comment="divided by L"),
     "max_slope": Variable(
@@ -112,6 +116,12 @@ VARIABLES = {
         "eigenvalue of the second variation",
         comment="EI = L = 1, weight 1, ascending; of a line state those of its free segments",
     ),
+    "frequency": Variable(
+        "f8",
+        PER_MODE,
+        "natural frequency",
+        comment="rho A = EI = L = 1, sign(omega^2) sqrt|omega^2|, ascending: negative where motion grows",
+    ),
     "theta": Variable("f8", ALONG, "angle between strip and walls", units="radian"),
     "x": Variable("f8", ALONG, "position along the walls", comment="divided by L"),
     "y": Variable("f8", ALONG, "height above the middle", comment="divided by L"),
@@ -125,16 +135,16 @@ VARIABLES = {
     "preferred_state": Variable(
         "i2",
         GRID,
-        "position along state of the stable state of least energy",
+        "position along state of the stable state that is preferred",
         -1,
-        comment="-1 where no state is stable",
+        comment="of least energy, or bending_energy at prescribed shortening; -1 where no state is stable",
     ),
 }
 
 COORDINATES = {
     "ends": {"long_name": "end conditions at A and B"},
     "H": {"long_name": "half gap between the walls", "units": "1", "comment": "H*/L"},
-    "P": {"long_name": "thrust", "units": "1", "comment": "P* L^2/(4 pi^2 EI)"},
+    **{name: VARIABLES[name].attributes for name in CONTROLS},
     "state": {"long_name": "name of the equilibrium state"},
     "contact": {"long_name": "number of the contact, counted from end A"},
     "mode": {"long_name": "number of the mode, by increasing eigenvalue"},
@@ -142,35 +152,58 @@ COORDINATES = {
 }
 
 
-def coordinates(ends, H, P, names, outputs):
+def coordinates(ends, H, control, given, names, outputs):
     """Labels of every dimension that a dataset with these states and outputs has.
 
     Parameters
     ----------
     ends, names : sequence of str
-    H, P : sequence of float
+    H : sequence of float
+    control : str
+        What is prescribed, "P" or "shortening".
+    given : sequence of float
+        Its values.
     outputs : studies.study.Outputs
 
     Returns
     -------
     dict of str to ndarray
+        In the order of the dimensions.
     """
     contacts = max((name.count("U") + name.count("D") for name in names), default=0)
-    labels = {"ends": np.array(ends), "H": np.array(H), "P": np.array(P), "state": np.array(names)}
+    labels = {"ends": np.array(ends), "H": np.array(H), control: np.array(given), "state": np.array(names)}
     if contacts:
         labels["contact"] = np.arange(1, contacts + 1, dtype="i2")
-    if outputs.eigenvalues:
-        labels["mode"] = np.arange(1, outputs.eigenvalues + 1, dtype="i2")
+    if outputs.eigenvalues or outputs.frequencies:
+        labels["mode"] = np.arange(1, max(outputs.eigenvalues, outputs.frequencies) + 1, dtype="i2")
     if outputs.shapes:
         labels["s"] = np.linspace(0, 1, outputs.shapes)
     return labels
 
 
-def variables(labels):
-    """The variables whose dimensions are all there."""
-    return {name: variable for name, variable in VARIABLES.items() if set(variable.dims) <= set(labels)}
+def control_of(labels):
+    """What is prescribed in a dataset with these dimensions."""
+    return CONTROLS["shortening" in labels]
 
 
-def per_state(labels):
+def variables(labels, outputs):
+    """The variables of a dataset, with the names of its dimensions: those it has labels for and asks for."""
+    control = control_of(labels)
+    unwanted = {
+        control,
+        *(["eigenvalue"] if not outputs.eigenvalues else []),
+        *(["frequency"] if not outputs.frequencies else []),
+    }
+    named = {
+        name: variable._replace(dims=tuple(control if dim == "control" else dim for dim in variable.dims))
+        for name, variable in VARIABLES.items()
+        if name not in unwanted
+    }
+    return {name: variable for name, variable in named.items() if set(variable.dims) <= set(labels)}
+
+
+def per_state(labels, outputs):
     """Those of the variables that are given for each state, not only for each grid point."""
-    return {name: variable for name, variable in variables(labels).items() if "state" in variable.dims}
+    return {
+        name: variable for name, variable in variables(labels, outputs).items() if "state" in variable.dims
+    }

@@ -10,18 +10,19 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
-from studies.evaluate import evaluate
+from studies.evaluate import evaluate, unknown, word_failed
 from studies.files import (
-    FAILURE_INDICES,
     chunks,
     content_hash,
     define,
+    failure_indices,
     opened,
+    read_labels,
     write_failures,
     written_whole,
 )
 from studies.provenance import describe
-from studies.schema import FORMAT_VERSION, GRID, STATES, VARIABLES, coordinates, per_state, variables
+from studies.schema import FORMAT_VERSION, coordinates, per_state, variables
 
 
 def folder_of(out):
@@ -31,11 +32,11 @@ def folder_of(out):
 
 def shard_path(folder, block):
     """File of a block: its place and extent in the grid."""
-    place = "-".join(f"{number:06d}" for number in (*block.place, len(block.H), len(block.P)))
+    place = "-".join(f"{number:06d}" for number in (*block.place, len(block.H), len(block.given)))
     return Path(folder) / f"{place}.nc"
 
 
-def compute_shard(block, names, outputs, identity, folder):
+def compute_shard(block, task, identity, folder):
     """Solve a block and write its shard.
 
     Returns
@@ -43,15 +44,17 @@ def compute_shard(block, names, outputs, identity, folder):
     points, failures : int
         Grid points done, states that failed.
     """
-    arrays, failures = evaluate(block, names, outputs)
-    labels = coordinates((block.ends,), block.H, block.P, names, outputs)
+    names, arrays, failures = evaluate(block, task)
+    outputs = task.outputs
+    labels = coordinates((block.ends,), block.H, block.control, block.given, names, outputs)
     path = shard_path(folder, block)
     with written_whole(path) as temporary:
         with opened(temporary, "w") as dataset:
-            define(dataset, labels, per_state(labels), {**identity, "format_version": FORMAT_VERSION})
+            attributes = {**identity, "format_version": FORMAT_VERSION}
+            define(dataset, labels, per_state(labels, outputs), attributes)
             for name, values in arrays.items():
                 dataset.variables[name][:] = values
-            write_failures(dataset, failures)
+            write_failures(dataset, block.control, failures)
         _seal(temporary)
     return block.points, len(failures)
 
@@ -100,28 +103,27 @@ def reduce(plan, folder, out):
     StudyError
         If a shard is missing.
     """
-    study = plan.study
+    study, grid = plan.study, plan.study.grid
     missing = [block for block in plan.blocks if not shard_path(folder, block).exists()]
     if missing:
         raise StudyError(f"{folder}: {len(missing)} of {len(plan.blocks)} shards are missing")
-    kept = _names_to_keep(plan, folder)
-    grid = study.grid
-    labels = coordinates(grid.ends, grid.H, grid.P, [plan.names[i] for i in kept], study.outputs)
+    names = plan.task.in_order(_found(plan, folder))
+    labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
     with written_whole(out) as temporary:
         with opened(temporary, "w") as dataset:
-            define(dataset, labels, variables(labels), describe(plan))
-            sizes = [labels[dim].size for dim in STATES]
-            rows = chunks(VARIABLES["energy"], sizes)[1]
+            define(dataset, labels, variables(labels, study.outputs), describe(plan))
+            sizes = [len(grid.ends), len(grid.H), len(grid.given), len(names)]
+            rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
             failures = []
             for number in range(len(grid.ends)):
                 for first in range(0, len(grid.H), rows):
                     band = slice(first, min(first + rows, len(grid.H)))
-                    failures += _reduce_band(plan, folder, dataset, labels, number, band, kept)
-            write_failures(dataset, sorted(failures))
+                    failures += _reduce_band(plan, folder, dataset, labels, number, band)
+            write_failures(dataset, grid.control, sorted(failures))
         _seal(temporary)
 
 
-def _reduce_band(plan, folder, dataset, labels, number, band, kept):
+def _reduce_band(plan, folder, dataset, labels, number, band):
     """Copy rows of one end condition from the shards that hold them; their failures."""
     shards = [
         block
@@ -130,27 +132,37 @@ def _reduce_band(plan, folder, dataset, labels, number, band, kept):
         and block.place[1] < band.stop
         and block.place[1] + len(block.H) > band.start
     ]
+    control, ends = plan.study.grid.control, plan.study.grid.ends[number]
+    names = [str(name) for name in labels["state"]]
     verdict = {}
-    for name, variable in per_state(labels).items():
+    for name, variable in per_state(labels, plan.study.outputs).items():
         height = band.stop - band.start if "s" not in variable.dims else 1
         for first in range(band.start, band.stop, height):
             rows = slice(first, first + height)
-            shape = [height, *(labels[dim].size for dim in variable.dims[2:])]
-            values = np.full(shape, variable.missing, variable.dtype)
+            shape = (height, *(labels[dim].size for dim in variable.dims[2:]))
+            values = unknown(name, variable, shape, names, ends)
             for block in shards:
-                _copy(shard_path(folder, block), block, name, rows, kept, values)
+                _copy(shard_path(folder, block), block, name, rows, names, values)
+            if name == "status" and plan.task.every_root:
+                lost = word_failed(values, names) & (values == Status.NO_EQUILIBRIUM)
+                values[lost] = Status.NOT_COMPUTED
             target = dataset.variables[name]
-            for state in range(len(kept)):
+            for state in range(len(names)):
                 plane = values[:, :, state]
                 if variable.dtype != "f8" or not np.isnan(plane).all():
                     target[number, rows, :, state] = plane
-        if name in ("status", "stability", "energy"):
+        if name in ("status", "stability", potential(control)):
             verdict[name] = values
-    stable, preferred = summarise(**verdict)
+    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[potential(control)])
     dataset.variables["stable_count"][number, band] = stable
     dataset.variables["preferred_state"][number, band] = preferred
     first_of_block = [block for block in shards if block.place[1] >= band.start]
-    return [failure for block in first_of_block for failure in _failures(folder, block, kept)]
+    return [failure for block in first_of_block for failure in _failures(folder, block, names)]
+
+
+def potential(control):
+    """The energy that a stable state makes least: with fixed ends the load does no work."""
+    return "energy" if control == "P" else "bending_energy"
 
 
 def summarise(status, stability, energy):
@@ -169,8 +181,8 @@ def summarise(status, stability, energy):
     return stable.sum(axis=-1), np.where(stable.any(axis=-1), lowest, -1)
 
 
-def _copy(path, block, name, band, kept, values):
-    """Copy the rows of `band` that a shard holds into `values` (rows, P, state, …)."""
+def _copy(path, block, name, band, names, values):
+    """Copy the rows of `band` that a shard holds into `values` (rows, columns, state, …)."""
     first = max(band.start, block.place[1])
     last = min(band.stop, block.place[1] + len(block.H))
     if first >= last:
@@ -179,35 +191,40 @@ def _copy(path, block, name, band, kept, values):
         if name not in shard.variables:
             return
         source = shard.variables[name][0, first - block.place[1] : last - block.place[1]]
-    source = source[:, :, kept]
-    if source.ndim == 4:
-        source = source[..., : values.shape[3]]
-    columns = slice(block.place[2], block.place[2] + len(block.P))
-    values[first - band.start : last - band.start, columns] = source
+        here = [str(state) for state in read_labels(shard.variables["state"], path)]
+    rows = slice(first - band.start, last - band.start)
+    columns = slice(block.place[2], block.place[2] + len(block.given))
+    # A shard has labels for the contacts of its own states only.
+    extra = tuple(slice(min(sizes)) for sizes in zip(source.shape[3:], values.shape[3:], strict=True))
+    place = {state: number for number, state in enumerate(here)}
+    for state, label in enumerate(names):
+        if label in place:
+            values[(rows, columns, state, *extra)] = source[(..., place[label], *extra)]
 
 
-def _failures(folder, block, kept):
-    """Rows of a shard's failure table, with the positions of the states that are kept."""
-    with opened(shard_path(folder, block)) as shard:
+def _failures(folder, block, names):
+    """Rows of a shard's failure table, with the positions of the states in the dataset."""
+    path = shard_path(folder, block)
+    with opened(path) as shard:
         if "failure" not in shard.dimensions:
             return []
-        indices = np.stack([shard.variables[name][:] for name in FAILURE_INDICES], axis=1)
-        text = shard.variables["failure_reason"][:]
-        reasons = [row.tobytes().rstrip(b"\0").decode() for row in text]
+        columns = [shard.variables[name][:] for name in failure_indices(block.control)]
+        reasons = read_labels(shard.variables["failure_reason"], path)
+        here = read_labels(shard.variables["state"], path)
     return [
-        (*map(int, row[:3]), kept.index(int(row[3])), reason)
-        for row, reason in zip(indices, reasons, strict=True)
+        (*map(int, place), names.index(here[state]), str(reason))
+        for *place, state, reason in zip(*columns, reasons, strict=True)
     ]
 
 
-def _names_to_keep(plan, folder):
-    """Positions of the states that stay: all that were named, else those found anywhere."""
-    if plan.study.states.names is not None:
-        return list(range(len(plan.names)))
-    found = np.zeros(len(plan.names), bool)
-    worth_keeping = (Status.SOLVED, Status.FAILED)
+def _found(plan, folder):
+    """Names of the states that are solved, or failed, anywhere."""
+    found = set()
     for block in plan.blocks:
-        with opened(shard_path(folder, block)) as shard:
+        path = shard_path(folder, block)
+        with opened(path) as shard:
             status = shard.variables["status"][:]
-        found |= np.isin(status, worth_keeping).any(axis=tuple(range(len(GRID))))
-    return [int(i) for i in np.flatnonzero(found)]
+            names = read_labels(shard.variables["state"], path)
+        there = np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=(0, 1, 2))
+        found |= {str(name) for name in names[there]}
+    return found

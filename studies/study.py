@@ -27,8 +27,9 @@ from pydantic import (
 from elastica.ends import parse_ends
 from elastica.states import parse_state, states
 from studies.errors import StudyError
+from studies.evaluate import Task
 
-NUMERICS_VERSION = 1
+NUMERICS_VERSION = 2
 """Raised whenever the same study may give other values than before, beyond rounding."""
 LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000
@@ -106,11 +107,12 @@ class About(_Table):
 
 
 class Grid(_Table):
-    """`[grid]`: end conditions, half gaps and loads."""
+    """`[grid]`: end conditions, half gaps, and loads or shortenings."""
 
     ends: Annotated[tuple[StrictStr, ...], Field(min_length=1)]
     H: Axis
-    P: Axis
+    P: Axis | None = None
+    shortening: Axis | None = None
 
     @field_validator("ends")
     @classmethod
@@ -130,16 +132,43 @@ class Grid(_Table):
     @field_validator("P")
     @classmethod
     def _finite_loads(cls, P):
-        if not (P[0] >= 0 and P[-1] <= 1e6):
+        if P and not (P[0] >= 0 and P[-1] <= 1e6):
             raise ValueError(f"values run from {P[0]!r} to {P[-1]!r}; keep 0 <= P <= 1e6")
         return P
 
+    @field_validator("shortening")
+    @classmethod
+    def _possible_shortenings(cls, shortening):
+        if shortening and not (shortening[0] >= 0 and shortening[-1] < 2):
+            raise ValueError(
+                f"values run from {shortening[0]!r} to {shortening[-1]!r}; keep 0 <= shortening < 2"
+            )
+        return shortening
+
+    @model_validator(mode="after")
+    def _one_control(self):
+        if (self.P is None) == (self.shortening is None):
+            raise ValueError("give either P or shortening: one is prescribed, the other follows")
+        return self
+
     @model_validator(mode="after")
     def _countable(self):
-        points = len(self.ends) * len(self.H) * len(self.P)
+        points = len(self.ends) * len(self.H) * len(self.given)
         if points > MOST_POINTS:
-            raise ValueError(f"{points:,} points are too many; keep ends × H × P to {MOST_POINTS:,}")
+            raise ValueError(
+                f"{points:,} points are too many; keep ends × H × {self.control} to {MOST_POINTS:,}"
+            )
         return self
+
+    @property
+    def control(self):
+        """What is prescribed, "P" or "shortening"."""
+        return "P" if self.shortening is None else "shortening"
+
+    @property
+    def given(self):
+        """Labels of what is prescribed."""
+        return self.P if self.shortening is None else self.shortening
 
 
 class States(_Table):
@@ -169,15 +198,8 @@ class Outputs(_Table):
     """`[outputs]`: what is stored beside the maps."""
 
     eigenvalues: Annotated[StrictInt, Field(ge=0, le=100)] = 0
-    frequencies: StrictInt = 0
+    frequencies: Annotated[StrictInt, Field(ge=0, le=100)] = 0
     shapes: Annotated[StrictInt, Field(ge=0, le=100_000)] = 0
-
-    @field_validator("frequencies")
-    @classmethod
-    def _not_yet(cls, frequencies):
-        if frequencies:
-            raise ValueError(f"{frequencies} asked for, but natural frequencies are not available; write 0")
-        return frequencies
 
     @field_validator("shapes")
     @classmethod
@@ -250,8 +272,13 @@ class Study(_Table):
         return self.study.name
 
     @property
+    def task(self):
+        """What is computed at every grid point."""
+        return Task(self.state_names, self.states.names is None, self.outputs)
+
+    @property
     def state_names(self):
-        """Canonical names of the states to solve, each once."""
+        """Canonical names of the states to solve, each once; with max_contacts, of their first roots."""
         if self.states.names is not None:
             wanted = (
                 parse_state(name, ends).name
@@ -266,7 +293,7 @@ class Study(_Table):
     @property
     def config_json(self):
         """The whole study as canonical JSON."""
-        return json.dumps(self.model_dump(mode="json"), sort_keys=True, ensure_ascii=False)
+        return json.dumps(self.model_dump(mode="json", exclude_none=True), sort_keys=True, ensure_ascii=False)
 
     @property
     def study_id(self):

@@ -6,7 +6,7 @@ import pytest
 
 import elastica
 from elastica import Stability, Status
-from elastica.transitions import loads
+from elastica.onsets import loads
 
 CC, CP, PP = "clamped-clamped", "clamped-pinned", "pinned-pinned"
 DISTANCES = np.concatenate([-(10.0 ** -np.arange(4.0, 13)), 10.0 ** -np.arange(12.0, 3, -1)])

@@ -6,7 +6,7 @@ from scipy.optimize import brentq
 
 import elastica
 from elastica import Stability, Status
-from elastica.transitions import loads
+from elastica.onsets import loads
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 

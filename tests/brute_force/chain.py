@@ -37,7 +37,7 @@ class Minimum(NamedTuple):
 
 
 def end_springs(n, ends):
-    """Stiffness of the first and last spring of n links, for ends such as "clamped-pinned", "0.3/2" or two numbers.
+    """Stiffness of the first and last spring of n links, for ends such as "0.3/pinned" or two numbers.
 
     The end is half a link away from the first angle; its own spring acts in series with that half link. A
     clamp leaves a spring twice as stiff as those between the links.

@@ -156,6 +156,49 @@ def energy_error(solution, n):
     return np.pi**2 * float(solution.P) * float(solution.bending_energy) / n**2 + 1e-12
 
 
+def disturbed_at_shortening(rng, stable, n=400, nudge=0.02, nearby=0.05, attempts=3):
+    """Disturb a random state at its own shortening and let the chain find a minimum.
+
+    From a stable state it must come back to the same bending energy, from an unstable one leave for a
+    lower one.
+
+    Parameters
+    ----------
+    rng : numpy.random.Generator
+    stable : bool
+        Whether to draw a state that is stable at prescribed shortening or one that is not.
+
+    Returns
+    -------
+    agrees : bool
+    description : str
+    """
+    while True:
+        ends = str(rng.choice(ENDS[:4]))
+        name = str(rng.choice([*elastica.states(ends, 1)[1:], "UD", "UU", "UDa"]))
+        H = rng.uniform(0.03, 0.1)
+        prescribed = rng.uniform(0.3, 8, 8) * H**2
+        drawn = elastica.solve(name, shortening=prescribed, H=H, ends=ends)
+        good = (drawn.status == Status.SOLVED) & (drawn.max_slope < np.pi / 2) & (drawn.P < 20)
+        good &= drawn.stability == (Stability.STABLE if stable else Stability.UNSTABLE)
+        if good.any():
+            break
+    solution = elastica.solve(name, shortening=prescribed[good][0], H=H, ends=ends)
+    exact = angles(solution, n)
+    scale, shorter = size(exact, H), float(solution.shortening)
+    bending, bound = float(solution.bending_energy), 4 * energy_error(solution, n)
+    text = f"{describe(solution)} at shortening {shorter!r}:"
+    back, left = [], []
+    for _ in range(attempts):
+        found = minimise(exact + nudge * scale * smooth(rng, n), None, H, ends, shorter=shorter)
+        away = np.sqrt(np.mean((found.theta - exact) ** 2)) / scale
+        error = found.energy - bending
+        back.append(found.success and abs(error) <= bound and away < nearby)
+        left.append(found.success and error < -bound and away > nearby)
+        text += f" energy off by {error:.2e} (bound {bound:.1e}), angles by {away:.1e};"
+    return (all(back) if stable else any(left)), text
+
+
 def returns(rng, n=400, nudge=0.02, nearby=0.05):
     """Disturb a random stable state and let the chain find its minimum, free of any sphere.
 

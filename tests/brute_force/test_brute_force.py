@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from brute_force.chain import heights, minimise, shortening
 from brute_force.clnlbeam import minima_agree
-from brute_force.landscape import UNSTABLE, angles, landscape, returns, verdict_agrees
+from brute_force.landscape import (
+    UNSTABLE,
+    angles,
+    disturbed_at_shortening,
+    landscape,
+    returns,
+    verdict_agrees,
+)
 
 import elastica
 
@@ -55,6 +62,13 @@ def test_stable_states_come_back_after_a_disturbance(rng, full):
     for _ in range(100 if full else 3):
         back, description = returns(rng)
         assert back, description
+
+
+@pytest.mark.parametrize("stable", [True, False])
+def test_verdicts_at_prescribed_shortening_agree_with_where_chains_go(stable, rng, full):
+    for _ in range(60 if full else 1 + stable):
+        agrees, description = disturbed_at_shortening(rng, stable)
+        assert agrees, description
 
 
 @pytest.mark.parametrize("ends", [CC, PP])

@@ -80,6 +80,21 @@ def invoke(*arguments):
             'write "A-B" or "A/B"',
         ),
         (("solve", "--state", "U", "--P", "x", "--H", 0.1), "'x' is not a valid float"),
+        (
+            ("solve", "--state", "U", "--P", 1, "--shortening", 0.1, "--H", 0.1),
+            "give either --P or --shortening",
+        ),
+        (("solve", "--state", "U", "--H", 0.1), "give either --P or --shortening"),
+        (("solve", "--state", "U", "--P", 1), "Missing option '--H'"),
+        (("solve", "--state", "U", "--shortening", -0.1, "--H", 0.1), "an approach of the ends from 0 to 2"),
+        (("solve", "--state", "U" * 51, "--P", 1, "--H", 0.1), "at most 50"),
+        (("solve", "--state", "U", "--P", 1, "--H", 0.1, "--ends", "-1/2"), "spring constant k >= 0"),
+        (("states", "--max-contacts", 11), "use a whole number from 0 to 10"),
+        (("states", "--ends", "0.3/-2.5"), "spring constant k >= 0"),
+        (("states", "--P", 6), "--H is missing"),
+        (("states", "--H", 0.1), "give either --P or --shortening"),
+        (("states", "--P", 6, "--shortening", 0.1, "--H", 0.1), "give either --P or --shortening"),
+        (("states", "--shortening", 2.5, "--H", 0.1), "an approach of the ends from 0 to 2"),
         (("plan", "missing.toml"), "missing.toml: No such file"),
         (("run", "missing.toml"), "missing.toml: No such file"),
         (("check", "missing.nc"), "missing.nc: there is no such file"),
@@ -95,6 +110,39 @@ def test_bad_input_is_one_sentence_and_exit_status_two(arguments, message, tmp_p
     assert message in result.output
     assert "Traceback" not in result.output
     assert list(tmp_path.iterdir()) == []
+
+
+def test_solve_at_a_shortening_gives_the_load():
+    answer = json.loads(invoke("solve", "--state", "U", "--shortening", 0.03, "--H", 0.1, "--json").stdout)
+    back = json.loads(invoke("solve", "--state", "U", "--P", answer["P"], "--H", 0.1, "--json").stdout)
+    assert back["shortening"] == pytest.approx(0.03, rel=1e-9)
+    assert (answer["control"], back["control"]) == ("shortening", "P")
+    assert "periods" not in answer
+
+
+def test_further_periods_are_printed_where_there_are_any():
+    from elastica import find_states
+
+    found = find_states(P=12.0, H=0.05, max_contacts=1)
+    root = next(name for name in found.state if ":" in name)
+    answer = json.loads(invoke("solve", "--state", root, "--P", 12, "--H", 0.05, "--json").stdout)
+    assert answer["status"] == "solved"
+    assert sum(answer["periods"]) > 0
+
+
+def test_states_are_listed_by_name_or_at_a_point():
+    import elastica as mechanics
+
+    ends = ("--ends", "pinned-pinned", "--max-contacts", 1)
+    names = mechanics.states("pinned-pinned", 1)
+    assert invoke("states", *ends).output.split() == names
+    assert json.loads(invoke("states", *ends, "--json").output) == names
+    found = mechanics.find_states(P=2.0, H=0.1, ends="pinned-pinned", max_contacts=1)
+    assert invoke("states", *ends, "--P", 2, "--H", 0.1).output == f"{found}\n"
+    rows = json.loads(invoke("states", *ends, "--P", 2, "--H", 0.1, "--json").output)
+    assert [row["state"] for row in rows] == found.state.tolist()
+    assert rows[0]["stability"] == "stable"
+    assert rows[0]["energy"] == found.energy[0]
 
 
 @pytest.mark.parametrize(
@@ -173,7 +221,7 @@ def test_the_chart_shows_the_stable_states(dataset_file):
     assert [ax.get_title() for ax in axes] == ["clamped-clamped", "clamped-pinned"]
     legend = {text.get_text() for text in figure.legends[0].get_texts()}
     assert {"0", "U", "point becomes line", "flat stretch buckles"} <= legend
-    from elastica.transitions import loads
+    from elastica.onsets import loads
 
     curve = {line.get_label(): line for line in axes[0].get_lines()}["point becomes line"]
     H, P = curve.get_data()
@@ -182,7 +230,7 @@ def test_the_chart_shows_the_stable_states(dataset_file):
 
 def test_the_regions_of_a_chart_end_at_the_exact_loads(dataset_file):
     """A picture point a hair below the line transition shows U, a hair above it does not."""
-    from elastica.transitions import loads
+    from elastica.onsets import loads
     from studies.charts import _curves, _sharpen, _stable_sets
 
     with xr.open_dataset(dataset_file) as dataset:
@@ -198,16 +246,16 @@ def test_the_regions_of_a_chart_end_at_the_exact_loads(dataset_file):
 
 def test_a_zone_too_thin_for_the_grid_is_solved(dataset_file):
     """Between the Euler load and the touching load, where no grid point lies, B1 is stable."""
-    from elastica.transitions import loads
+    from elastica.onsets import loads
     from studies.charts import _picture
 
     with xr.open_dataset(dataset_file) as dataset:
         panel = dataset.isel(ends=0).load()
     assert "B1" not in panel["state"].values
     with_b1 = panel.reindex(state=[*panel["state"].values, "B1"], fill_value=-1)
-    picture = _picture(with_b1)
+    picture = _picture(with_b1, "P")
     column = np.abs(picture.H - 0.2).argmin()
-    inside = (picture.P > 1) & (picture.P < loads("touches", picture.H[column]))
+    inside = (picture.given > 1) & (picture.given < loads("touches", picture.H[column]))
     assert inside.any()
     assert set(picture.names[column, inside]) == {"B1"}
 

@@ -96,7 +96,7 @@ def test_provenance(dataset, study):
     assert dataset.attrs["config_json"] == study.config_json
     assert dataset.attrs["title"] == "A small study"
     assert dataset.attrs["Conventions"] == "CF-1.11, ACDD-1.3"
-    assert dataset.attrs["control"] == "load"
+    assert dataset.attrs["control"] == "P"
 
 
 def test_passes_the_cf_checker(dataset_file, tmp_path):

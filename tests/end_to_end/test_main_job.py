@@ -10,7 +10,7 @@ import pytest
 
 import studies
 from elastica import Stability, Status
-from elastica.transitions import loads
+from elastica.onsets import loads
 
 ROOT = Path(__file__).parents[2]
 

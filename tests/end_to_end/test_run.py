@@ -78,14 +78,14 @@ def test_a_missing_shard_is_never_papered_over(study, tmp_path):
 def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypatch):
     from studies import evaluate
 
-    original = evaluate.solve
+    original = evaluate.search
 
-    def poisoned(name, *, P, H, ends):
-        if name == "U" and ends == "clamped-pinned" and ((P == 0.2) & (H == 0.12)).any():
+    def poisoned(names, ends, control, P, H):
+        if "U" in names and str(ends) == "clamped-pinned" and ((P == 0.2) & (H == 0.12)).any():
             raise ZeroDivisionError("poison")
-        return original(name, P=P, H=H, ends=ends)
+        return original(names, ends, control, P, H)
 
-    monkeypatch.setattr(evaluate, "solve", poisoned)
+    monkeypatch.setattr(evaluate, "search", poisoned)
     with studies.run(study, out=tmp_path / "small.nc", workers=0) as dataset:
         failed = dataset["status"] == Status.FAILED
         assert failed.sum() == 1
@@ -156,7 +156,7 @@ def test_shards_and_datasets_of_other_numerics_are_not_reused(study, dataset_fil
     folder.mkdir()
     from studies.shards import compute_shard
 
-    compute_shard(plan.blocks[0], plan.names, study.outputs, study.identity, folder)
+    compute_shard(plan.blocks[0], plan.task, study.identity, folder)
     path = shard_path(folder, plan.blocks[0])
     assert shard_is_valid(path, study.identity)
     monkeypatch.setattr("studies.study.NUMERICS_VERSION", 999)

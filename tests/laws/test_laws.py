@@ -68,7 +68,7 @@ def test_a_pinned_strip_is_half_of_a_clamped_one(state, P, H):
 @pytest.mark.parametrize("state", ["B1", "B2", "U", "Ua", "aU", "aUa"])
 def test_index_is_the_number_of_negative_eigenvalues(state, ends, full, rng):
     """Up to H = 0.45, where the strip overhangs and the general formula for the index is needed."""
-    n = 20_000 if full else 500
+    n = 10_000 if full else 100
     s = elastica.solve(state, P=rng.uniform(0.02, 12, n), H=rng.uniform(0.005, 0.45, n), ends=ends)
     sure = (s.status == Status.SOLVED) & (s.stability != Stability.CRITICAL)
     assert np.array_equal((s.eigenvalues(8)[sure] < 0).sum(axis=1), s.index[sure])

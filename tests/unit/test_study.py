@@ -49,7 +49,15 @@ BAD = [
     ("grid.P", [10**400], "is not a finite number"),
     ("grid.P", {"start": 5.0, "stop": 1.0, "num": 3}, "stop = 1.0 is not above start = 5.0"),
     ("grid.P.num", 1_000_000_000_000, "grid.P.num"),
-    ("outputs.frequencies", 3, "natural frequencies are not available"),
+    ("grid.shortening", [0.1], "grid: give either P or shortening"),
+    ("grid.P", None, "grid: give either P or shortening"),
+    ("grid", {"ends": ["0/1"], "H": [0.1], "shortening": [0.1, 2.0]}, "keep 0 <= shortening < 2"),
+    ("grid", {"ends": ["0/1"], "H": [0.1], "shortening": [-0.1]}, "keep 0 <= shortening < 2"),
+    ("grid.ends", ["-1/2"], "spring constant k >= 0"),
+    ("grid.ends", ["0/1.0", "pinned/1"], "names an end condition twice"),
+    ("states", {"names": ["U" * 51]}, "has 51 contacts; at most 50"),
+    ("states.max_contacts", 11, "use a whole number from 0 to 10"),
+    ("outputs.frequencies", -1, "outputs.frequencies = -1"),
     ("grid.P", [-1.0], "keep 0 <= P <= 1e6"),
     ("grid.P", [1.0, 2e6], "keep 0 <= P <= 1e6"),
     ("grid.P.num", 2.5, "grid.P.num = 2.5 is not allowed; write a whole number"),
@@ -139,18 +147,63 @@ def test_blocks_of_a_plan_cover_the_grid_exactly_once(block_points):
     covered = np.zeros((2, 2, 10), int)
     for block in plan.blocks:
         e, i, j = block.place
-        covered[e, i : i + len(block.H), j : j + len(block.P)] += 1
+        covered[e, i : i + len(block.H), j : j + len(block.given)] += 1
         assert block.ends == study.grid.ends[e]
         assert block.H == study.grid.H[i : i + len(block.H)]
-        assert block.P == study.grid.P[j : j + len(block.P)]
+        assert block.given == study.grid.P[j : j + len(block.given)]
     assert (covered == 1).all()
     assert plan.points == 40
 
 
 def test_plan_warns_of_a_huge_dataset_and_solves_nothing(monkeypatch):
     monkeypatch.setattr("studies.evaluate.solve", None)
+    monkeypatch.setattr("studies.evaluate.search", None)
     content = changed("outputs", {"shapes": 100_000})
     content["grid"]["P"]["num"] = 20
     report = Study.from_dict(content).plan().report(workers=2)
     assert any(line.startswith("warning") and "1 GB" in line for line in report)
     assert not any("warning" in line for line in Study.from_dict(GOOD).plan().report(workers=2))
+
+
+def test_a_search_asks_for_first_roots_and_a_list_for_what_it_names():
+    assert Study.from_dict(GOOD).task.every_root
+    task = Study.from_dict(changed("states", {"names": ["UD:2", "D"]})).task
+    assert (task.names, task.every_root) == (("UD:2", "U"), False)
+
+
+def test_roots_follow_their_word_in_the_order_of_the_states():
+    task = Study.from_dict(changed("states.max_contacts", 2)).task
+    found = ["UD:10", "U", "UD", "B1", "UD:2", "Ua:3", "Ua"]
+    assert task.in_order(found) == ("B1", "U", "Ua", "Ua:3", "UD", "UD:2", "UD:10")
+    assert task.in_order([]) == ("0",)
+
+
+def test_blocks_of_prescribed_shortening_are_whole_rows():
+    content = changed("grid.P", None)
+    content["grid"] |= {"shortening": {"start": 0.0, "stop": 0.5, "num": 3000}}
+    content["grid"]["H"] = {"start": 0.05, "stop": 0.2, "num": 50}
+    blocks = Study.from_dict(content).plan().blocks
+    assert all(len(block.given) == 3000 for block in blocks)
+    assert sum(len(block.H) for block in blocks) == 100
+    assert len(blocks) > 2
+
+
+def test_searches_for_long_words_go_in_small_blocks_and_say_that_roots_are_a_guess():
+    content = changed("grid.P", {"start": 0.5, "stop": 5.0, "num": 100})
+    content["grid"]["H"] = {"start": 0.05, "stop": 0.2, "num": 200}
+    content["states"]["max_contacts"] = 2
+    plan = Study.from_dict(content).plan()
+    assert max(block.points for block in plan.blocks) <= 4000
+    size = next(line for line in plan.report(1) if line.startswith("size"))
+    assert "at most" in size
+    assert "roots" in size
+
+
+def test_springs_and_contacts_take_longer():
+    def seconds(ends, contacts):
+        content = changed("states.max_contacts", contacts)
+        content["grid"]["ends"] = [ends]
+        return Study.from_dict(content).plan().seconds
+
+    assert seconds("0.3/2.5", 1) > 3 * seconds("clamped-pinned", 1)
+    assert seconds("clamped-pinned", 3) > 2 * seconds("clamped-pinned", 1)
