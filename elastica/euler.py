@@ -51,7 +51,10 @@ def _spring_roots(ends, count):
     n = np.arange(1, count + 1)
     low = euler_root(n, Ends(PINNED, PINNED))
     high = euler_root(n, Ends(CLAMPED, CLAMPED))
-    determinant = lambda q: _determinant(q, *ends)  # noqa: E731
+
+    def determinant(q):
+        return _determinant(q, *ends)
+
     # A very soft or stiff spring moves the root by less than rounding: then it is the end of its interval.
     at_low, at_high = determinant(low), determinant(high)
     inside = at_low * at_high < 0

@@ -176,7 +176,7 @@ def test_nothing_is_missed_and_nothing_invented(control, full, rng):
 def test_the_stored_points_are_of_every_sort():
     """Every regime, word, control and kind of end turns up often enough to matter."""
     labels = Counter(row[0].split()[-1] for point in REFERENCES["points"] for row in point["states"])
-    assert min(labels[regime] for regime in ("straight", "free", "point", "line")) >= 50
+    assert min(labels[regime] for regime in ("straight", "free", "point", "line")) >= 100
     further = sum(
         any(set(part) & set("123456789") for part in row[0].split()[2:3])
         for point in REFERENCES["points"]
