@@ -205,8 +205,11 @@ def _bent(state, ends, H, control, P_max):
     rows = _buckles(state, ends, H) if state.mode else []
     for track in _tracks(state, ends, H, control, P_max):
         rows += _ends_of(track, state, ends, H, control)
-        for number, event in enumerate(track.events):
-            rows += _roots_of(track, number, event, state, ends, H, control)
+        if track.t.size > 1:
+            _, values, found = track.at(np.arange(track.t.size), track.t)
+            values = np.where(found, values, np.nan)
+            for number, event in enumerate(track.events):
+                rows += _roots_of(track, number, event, values[number], state, ends, H, control)
     return rows
 
 
@@ -307,20 +310,16 @@ def _line_track(state, ends, H, control, group, samples):
     return _Track(gap, p, at, events, {})
 
 
-def _roots_of(track, number, event, state, ends, H, control):
-    """Rows for the roots of one function between neighbouring samples."""
-    if track.t.size < 2:
-        return []
-    samples = np.arange(track.t.size)
-    _, values, found = track.at(samples, track.t)
-    f = np.where(found, np.where(values[number] < 0, -1.0, 1.0), np.nan)
-    left = np.flatnonzero((track.gap[:-1] == track.gap[1:]) & (f[:-1] * f[1:] < 0))
+def _roots_of(track, number, event, values, state, ends, H, control):
+    """Rows for the roots of one function, with these `values` at the samples, between neighbours."""
+    sign = np.where(np.isnan(values), np.nan, np.where(values < 0, -1.0, 1.0))
+    left = np.flatnonzero((track.gap[:-1] == track.gap[1:]) & (sign[:-1] * sign[1:] < 0))
     if not left.size:
         return []
     low, high = track.t[left], track.t[left + 1]
     root = find_root(lambda t, sample: track.at(sample, t)[1][number], (low, high), args=(left,))
     # A sample that is itself a root to rounding brackets nothing.
-    nearer = np.where(np.abs(values[number][left]) < np.abs(values[number][left + 1]), low, high)
+    nearer = np.where(np.abs(values[left]) < np.abs(values[left + 1]), low, high)
     t = np.where(root.success, root.x, nearer)
     return _describe(track, left, t, low, high, event, state, ends, H, control)
 
