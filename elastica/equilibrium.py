@@ -1,9 +1,7 @@
-"""Which equilibria a state has: where Newton starts for each family of states, and what it means.
+"""Which equilibria a state has, and how its roots are numbered.
 
-The closed small-deflection forms serve where the root is unique (alternating words, line regime, free
-buckling); a sweep in κ finds every other root of a word. What is too steep for a start from small
-deflections is reached by moving the walls from there, or from the free shape that just touches them, so
-that it lies on the same branch.
+Words that alternate have one root without further periods (`alternating`); a sweep in κ finds every other
+root of a word (`sweep`); the line regime and free buckling have closed forms or a branch of their own.
 
 Left out: names (`states`), admissibility, stability.
 """
@@ -13,26 +11,17 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.alternating import alternating
 from elastica.branch import free_branch
 from elastica.elliptic import complementary_parameter
 from elastica.euler import euler_root
-from elastica.newton import ROUNDING, Bracket, Roots, newton, regular, steepest_angle
+from elastica.newton import Bracket, Roots, newton, total_length
 from elastica.patterns import Group, groups, most_periods
-from elastica.segments import arc, length, pendulum
+from elastica.segments import pendulum
 from elastica.sweep import Table, every_root, line_force
 
-RIGHT_ANGLE = np.pi / 2
-TINY_THRUST = 1e-6
-"""Thrust below which starting values are taken at this thrust: they only have to be near."""
-NARROW_GAP = 0.02
-"""Half gap that is small for every strip: there the small-deflection start converges."""
-NEARLY_STEEP = 0.55
-"""√p times the rise of a quarter of a period at which small-deflection starts mostly still converge."""
-MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
 LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
-ENDS_MEET_K = 2.3210497325
-"""K(m) where K = 2E: the ends of the free shape meet."""
 CHUNK = 2000
 """Points of one table, so that it stays small."""
 
@@ -165,7 +154,7 @@ def _lines(state, ends, p, H):
             lam = np.stack([forces[segment] for segment in group.segments])
             roots = Roots(np.isfinite(lam).all(axis=0), np.zeros_like(p), lam)
             if periods:
-                roots.found[:] &= _total_length(group.segments, p, roots) <= 1
+                roots.found[:] &= total_length(group.segments, p, roots) <= 1
             there = np.flatnonzero(roots.found)
             found.append(spread(state.segments(ends), group, there, roots.at(there), p[there]))
     return numbered(found)
@@ -281,117 +270,3 @@ def _free(state, ends, p):
     bracket = Bracket(np.zeros_like(p), k[last] * np.sqrt(p), np.full(p.size, -1.0))
     roots.put(buckled, newton(segments, p, np.zeros_like(p), kappa, lam, bracket))
     return roots
-
-
-def alternating(segments, p, H):
-    """Words whose segments are all of kind S: the length falls with κ, so there is one root at most.
-
-    It exists where the segments are longer than the strip at κ = 0.
-    """
-    roots = Roots.none(segments, p.size)
-    line = np.stack([line_force(segment, p, H) for segment in segments])
-    line = Roots(np.isfinite(line).all(axis=0), np.zeros_like(p), line)
-    slack = _total_length(segments, p, line) - 1
-    flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
-    roots.put(flattened, line.at(flattened))
-
-    sought = np.flatnonzero(~line.found | (slack > 4 * ROUNDING))
-    p, H = p[sought], H[sought]
-    found = newton(segments, p, H, *_small_deflection(segments, p, H))
-    found.found[:] &= regular(segments, p, found, -1)
-    steep = np.flatnonzero(~(found.found & (steepest_angle(segments, p, found) < RIGHT_ANGLE)))
-    p, H = p[steep], H[steep]
-    widest = max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
-    narrow = np.minimum(
-        H, np.maximum(NARROW_GAP, NEARLY_STEEP / (widest * np.sqrt(np.maximum(p, TINY_THRUST))))
-    )
-    near = newton(segments, p, narrow, *_small_deflection(segments, p, narrow))
-    near.found[:] &= regular(segments, p, near, -1)
-    failed = np.flatnonzero(~(near.found & (steepest_angle(segments, p, near) < RIGHT_ANGLE)))
-    narrow[failed] = np.minimum(H[failed], NARROW_GAP)
-    again = newton(
-        segments, p[failed], narrow[failed], *_small_deflection(segments, p[failed], narrow[failed])
-    )
-    again.found[:] &= regular(segments, p[failed], again, -1)
-    near.put(failed, again)
-    found.put(steep, _move_walls(segments, near, p, (narrow, H)))
-    wide = np.flatnonzero(~found.found[steep])
-    if len(segments) == 1 and not any(segment.kind.springs for segment in segments) and wide.size:
-        free, height = _just_touching(segments, p[wide])
-        found.put(steep[wide], _move_walls(segments, free, p[wide], (height, H[wide])))
-    roots.put(sought, found)
-    return roots
-
-
-def _small_deflection(segments, p, H):
-    """κ and λ of the linear strip θ'' + pθ = λ when all segments share one phase φ₀.
-
-    With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀). A spring end is taken
-    between the clamp and the pin, c : √p.
-    """
-    p = np.maximum(p, TINY_THRUST)
-    root_p = np.sqrt(p)
-    phases = []
-    for kind, *_ in segments:
-        firm = sum(c / (c + root_p) - 1 for c, _ in kind.springs)
-        # A clamp adds K + f to a pin's.
-        phases.append((kind.first + firm, kind.second + sum(s for _, s in kind.springs) + firm))
-    counts = list(segments.values())
-    first, second = (
-        sum(count * phase[i] for count, phase in zip(counts, phases, strict=True)) for i in (0, 1)
-    )
-    phi = (root_p - first * np.pi / 2) / second
-    phi = np.minimum(phi, np.pi / 2 - 1e-3)
-    tan = np.tan(phi)
-    kappas = [
-        p * segment.rise * H / (second + (first * np.pi / 2 + second * phi) * tan)
-        for segment, (first, second) in zip(segments, phases, strict=True)
-    ]
-    kappa = np.mean(kappas, axis=0)
-    return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
-
-
-def _just_touching(segments, p):
-    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends.
-
-    Only before its ends pass each other, 2E = K: the loops beyond are no neighbours of any other shape.
-    """
-    (((kind, *_), count),) = segments.items()
-    K = np.sqrt(p) / (count * kind.first)
-    buckled = (np.pi / 2 < K) & (K < ENDS_MEET_K)
-    m1 = complementary_parameter(np.where(buckled, K, 2.0))
-    kappa = 2 * np.sqrt(p * (1 - m1))
-    return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p
-
-
-def _move_walls(segments, roots, p, H):
-    """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
-
-    Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
-    a fold to another branch, and lengthened where it does not.
-    """
-    share, step = np.zeros(p.size), np.full(p.size, 1 / 16)
-    found = roots.found.copy()
-    for _ in range(MOST_BRANCH_STEPS):
-        live = np.flatnonzero(found & (share < 1))
-        if not live.size:
-            break
-        here = roots.at(live)
-        ahead = np.minimum(share[live] + step[live], 1.0)
-        H_ = H[0][live] + ahead * (H[1][live] - H[0][live])
-        there = newton(segments, p[live], H_, here.kappa, here.lam, most_steps=8)
-        near = np.abs(there.kappa - here.kappa) < LONGEST_BRANCH_STEP * here.kappa
-        good = there.found & near & regular(segments, p[live], there, -1)
-        roots.put(live[good], there.at(good))
-        share[live[good]] = ahead[good]
-        step[live] *= np.where(good, 1.5, 0.5)
-        found[live] = step[live] > SMALLEST_BRANCH_STEP
-    roots.found[:] = found & (share == 1)
-    return roots
-
-
-def _total_length(segments, p, roots):
-    return sum(
-        count * length(arc(kind, pendulum(p, roots.kappa, lam)))
-        for ((kind, *_), count), lam in zip(segments.items(), roots.lam, strict=True)
-    )

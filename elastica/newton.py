@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.segments import arc, geometry, pendulum, steepest
+from elastica.segments import arc, geometry, length, pendulum, steepest
 
 MOST_STEPS = 60
 ROUNDING = np.finfo(float).eps
@@ -162,6 +162,14 @@ def steepest_angle(segments, p, roots):
         for segment, lam in zip(segments, roots.lam, strict=True)
     ]
     return np.max(angles, axis=0)
+
+
+def total_length(segments, p, roots):
+    """Σnℓ of the segments, shape (n,)."""
+    return sum(
+        count * length(arc(segment.kind, pendulum(p, roots.kappa, lam)))
+        for (segment, count), lam in zip(segments.items(), roots.lam, strict=True)
+    )
 
 
 def _stay_inside(p, kappa, lam, step_kappa, step_lam):

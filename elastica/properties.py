@@ -8,9 +8,10 @@ import numpy as np
 
 from elastica.accuracy import SAFETY, rounding_bounds
 from elastica.admissibility import clearance
+from elastica.alternating import TINY_THRUST
 from elastica.branch import bordered
 from elastica.codes import Status
-from elastica.equilibrium import TINY_THRUST, pendulums_of
+from elastica.equilibrium import pendulums_of
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
 from elastica.scales import FOUR_PI_SQUARED

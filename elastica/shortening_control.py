@@ -9,8 +9,9 @@ from collections import Counter
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
+from elastica.alternating import alternating
 from elastica.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
-from elastica.equilibrium import alternates, alternating, no_equilibria, numbered, spread
+from elastica.equilibrium import alternates, no_equilibria, numbered, spread
 from elastica.euler import euler_root
 from elastica.newton import Bracket, Roots
 from elastica.patterns import Group, groups

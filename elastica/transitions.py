@@ -23,11 +23,12 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
+from elastica.alternating import alternating
 from elastica.branch import Loads, bordered, free_branch, settle
 from elastica.catalogue import search
 from elastica.codes import Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import alternates, alternating, every, spread
+from elastica.equilibrium import alternates, every, spread
 from elastica.euler import euler_root
 from elastica.newton import Roots
 from elastica.patterns import Group, groups, most_periods

@@ -1,0 +1,279 @@
+"""The one root of a word whose segments are all of kind S, and how it is reached where the strip is steep.
+
+The length of such a state falls with κ, so there is one root at most. Near small deflections their closed
+form is start enough. Steeper states are reached by moving the walls apart from there, or from the free shape
+that just touches them, so that they lie on the same branch; without springs that is done once for strips
+of every length and tabulated (`_Widening`).
+
+Left out: every other root (`sweep`), names and admissibility.
+"""
+
+from functools import cache
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.elliptic import complementary_parameter
+from elastica.newton import ROUNDING, Roots, newton, regular, steepest_angle, total_length
+from elastica.sweep import line_force
+
+RIGHT_ANGLE = np.pi / 2
+TINY_THRUST = 1e-6
+"""Thrust below which starting values are taken at this thrust: they only have to be near."""
+NARROW_GAP = 0.02
+"""Half gap that is small for every strip: there the small-deflection start converges."""
+NEARLY_STEEP = 0.55
+"""√p times the rise of a quarter of a period at which small-deflection starts mostly still converge."""
+WIDEST_GAP = 0.5
+"""Half gap of which no strip can touch both walls."""
+MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
+FIRST_BRANCH_STEP = 1 / 16
+NO_FORCE = 1e-9
+"""Force λ of p that rounding may leave where there is none."""
+ENDS_MEET_K = 2.3210497325
+"""K(m) where K = 2E: the ends of the free shape meet."""
+STRIPS, GAPS = 64, 20
+"""Strips and gaps of a table of widening walls."""
+WIDEST = 1.1
+"""√p times the rise of a quarter of a period that no such state exceeds."""
+FALL = 0.1
+"""Relative fall of the widest gap from one strip to the next that may be a jump."""
+EDGE = 0.03
+"""Relative distance of a gap from the widest that the table knows within which it decides nothing."""
+
+
+def alternating(segments, p, H):
+    """The root of alternating words: it exists where the segments are longer than the strip at κ = 0.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+        Of kind S, without further periods.
+    p, H : ndarray, shape (n,)
+
+    Returns
+    -------
+    Roots
+        Below 90°, or steeper on the branch that grows from small deflections or from a free shape that
+        touches the wall.
+    """
+    roots = Roots.none(segments, p.size)
+    line = np.stack([line_force(segment, p, H) for segment in segments])
+    line = Roots(np.isfinite(line).all(axis=0), np.zeros_like(p), line)
+    slack = total_length(segments, p, line) - 1
+    flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
+    roots.put(flattened, line.at(flattened))
+
+    sought = np.flatnonzero(~line.found | (slack > 4 * ROUNDING))
+    p, H = p[sought], H[sought]
+    found = Roots.none(segments, p.size)
+    gentle = NEARLY_STEEP / (_quarter(segments) * np.sqrt(np.maximum(p, TINY_THRUST)))
+    near = np.flatnonzero(H <= gentle)
+    found.put(near, _from_small_deflections(segments, p[near], H[near]))
+    steep = np.flatnonzero(~found.found)
+    p, H = p[steep], H[steep]
+    if any(segment.kind.springs for segment in segments):
+        narrow = np.minimum(H, np.maximum(NARROW_GAP, gentle[steep]))
+        near = _from_small_deflections(segments, p, narrow)
+        failed = np.flatnonzero(~near.found)
+        narrow[failed] = np.minimum(H[failed], NARROW_GAP)
+        near.put(failed, _from_small_deflections(segments, p[failed], narrow[failed]))
+        reached = _move_walls(segments, near, p, (narrow, H))
+    else:
+        reached = _widening(tuple(segments.items())).roots(segments, p, H)
+        if len(segments) == 1:
+            left = np.flatnonzero(~reached.found)
+            free, height = _just_touching(segments, p[left])
+            reached.put(left, _move_walls(segments, free, p[left], (height, H[left])))
+    found.put(steep, reached)
+    roots.put(sought, found)
+    return roots
+
+
+def _quarter(segments):
+    """Greatest rise of a quarter of a period among segments, in multiples of H."""
+    return max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
+
+
+def _from_small_deflections(segments, p, H):
+    """Newton from the small-deflection form; what is steeper than 90° may lie on any branch: not found."""
+    roots = newton(segments, p, H, *_small_deflection(segments, p, H))
+    roots.found[:] &= regular(segments, p, roots, -1) & (steepest_angle(segments, p, roots) < RIGHT_ANGLE)
+    return roots
+
+
+def _small_deflection(segments, p, H):
+    """κ and λ of the linear strip θ'' + pθ = λ when all segments share one phase φ₀.
+
+    With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀). A spring end is taken
+    between the clamp and the pin, c : √p.
+    """
+    p = np.maximum(p, TINY_THRUST)
+    root_p = np.sqrt(p)
+    phases = []
+    for kind, *_ in segments:
+        firm = sum(c / (c + root_p) - 1 for c, _ in kind.springs)
+        # A clamp adds K + f to a pin's.
+        phases.append((kind.first + firm, kind.second + sum(s for _, s in kind.springs) + firm))
+    counts = list(segments.values())
+    first, second = (
+        sum(count * phase[i] for count, phase in zip(counts, phases, strict=True)) for i in (0, 1)
+    )
+    phi = (root_p - first * np.pi / 2) / second
+    phi = np.minimum(phi, np.pi / 2 - 1e-3)
+    tan = np.tan(phi)
+    kappas = [
+        p * segment.rise * H / (second + (first * np.pi / 2 + second * phi) * tan)
+        for segment, (first, second) in zip(segments, phases, strict=True)
+    ]
+    kappa = np.mean(kappas, axis=0)
+    return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
+
+
+def _just_touching(segments, p):
+    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends.
+
+    Only before its ends pass each other, 2E = K: the loops beyond are no neighbours of any other shape.
+    """
+    (((kind, *_), count),) = segments.items()
+    K = np.sqrt(p) / (count * kind.first)
+    buckled = (np.pi / 2 < K) & (K < ENDS_MEET_K)
+    m1 = complementary_parameter(np.where(buckled, K, 2.0))
+    kappa = 2 * np.sqrt(p * (1 - m1))
+    return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p
+
+
+def _move_walls(segments, roots, p, H):
+    """Roots at the gap H[1] on the branches of `roots` at H[0], where they get there."""
+    *_, (roots, share) = _on_the_way(segments, roots, p, H)
+    roots.found[:] &= share == 1
+    return roots
+
+
+def _on_the_way(segments, roots, p, H, longest_step=1.0):
+    """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
+
+    Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
+    a fold to another branch, and lengthened where it does not. What is steeper than 90° is followed only
+    while some segment pushes on the walls: beyond, branches tend to a taut string without end.
+
+    Yields
+    ------
+    roots : Roots
+        The same object after each step, changed.
+    share : ndarray, shape (n,)
+        Of the way that each point has gone.
+    """
+    roots = Roots(roots.found.copy(), roots.kappa.copy(), roots.lam.copy())
+    share, step = np.zeros(p.size), np.full(p.size, FIRST_BRANCH_STEP)
+    way = H[1] - H[0]
+    # At small deflections a state grows in proportion to the gap.
+    slope = np.stack([roots.kappa, *roots.lam]) * (way / H[0])
+    live = np.flatnonzero(roots.found)
+    yield roots, share
+    for _ in range(MOST_BRANCH_STEPS):
+        if not live.size:
+            break
+        here = roots.at(live)
+        stride = np.minimum(step[live], 1 - share[live])
+        start = np.stack([here.kappa, *here.lam]) + slope[:, live] * stride
+        H_ = H[0][live] + (share[live] + stride) * way[live]
+        there = newton(segments, p[live], H_, start[0], start[1:], most_steps=8)
+        pushes = there.lam.max(axis=0) > -NO_FORCE * p[live]
+        good = _next_to(segments, p[live], there, start[0])
+        good &= pushes | (steepest_angle(segments, p[live], there) < RIGHT_ANGLE)
+        moved = live[good]
+        change = np.stack([there.kappa - here.kappa, *(there.lam - here.lam)])
+        slope[:, moved] = (change / stride)[:, good]
+        roots.put(moved, there.at(good))
+        share[moved] = np.where(stride[good] < step[moved], 1.0, share[moved] + stride[good])
+        step[live] = np.minimum(step[live] * np.where(good, 1.5, 0.5), longest_step)
+        live = live[(share[live] < 1) & (step[live] > SMALLEST_BRANCH_STEP)]
+        yield roots, share
+
+
+def _next_to(segments, p, roots, kappa):
+    """Whether Newton stayed on the branch that it started from at κ."""
+    near = np.abs(roots.kappa - kappa) < LONGEST_BRANCH_STEP * kappa
+    return roots.found & near & regular(segments, p, roots, -1)
+
+
+class _Widening(NamedTuple):
+    """States of strips of all lengths as the walls move apart, up to the fold or the widest gap.
+
+    Without springs a state depends on √p and on H√p alone. Each strip has its own widest gap.
+
+    Attributes
+    ----------
+    strip : ndarray, shape (strips,)
+        √p, ascending.
+    widest : ndarray, shape (strips,)
+        H√p at which the branch ends.
+    table : ndarray, shape (1 + distinct segments, gaps, strips)
+        κ/(pH) and λ/(√p³H) at H√p = `widest` · s(2 − s), for equidistant s.
+    """
+
+    strip: np.ndarray
+    widest: np.ndarray
+    table: np.ndarray
+
+    def roots(self, segments, p, H):
+        """The states of n points (p, H), as far as there are any on these branches."""
+        found = Roots.none(segments, p.size)
+        cell = np.clip(np.searchsorted(self.strip, np.sqrt(p)) - 1, 0, self.strip.size - 2)
+        weight = (np.sqrt(p) - self.strip[cell]) / (self.strip[cell + 1] - self.strip[cell])
+        left, right = self.widest[cell], self.widest[cell + 1]
+        between = left + weight * (right - left)
+        falls = right < (1 - FALL) * left
+        certain = (1 - EDGE) * np.where(falls, right, between) / np.sqrt(p)
+        beyond = (1 + EDGE) * np.where(falls, left, between) / np.sqrt(p)
+        live = np.flatnonzero((weight >= 0) & (weight <= 1) & (H <= beyond))
+        p, H, cell, weight, certain = p[live], H[live], cell[live], weight[live], certain[live]
+        near = np.minimum(H, certain)
+        place = (1 - np.sqrt(1 - near * np.sqrt(p) / between[live])) * (GAPS - 1) / LAST_SHARE
+        row = np.clip(place.astype(int), 0, GAPS - 2)
+        start = 0.0
+        for across, w in ((0, 1 - weight), (1, weight)):
+            for down, v in ((0, 1 - (place - row)), (1, place - row)):
+                start = start + v * w * self.table[:, row + down, cell + across]
+        kappa = start[0] * p * near
+        there = newton(segments, p, near, kappa, start[1:] * p**1.5 * near, most_steps=8)
+        there.found[:] = _next_to(segments, p, there, kappa)
+        unsure = np.flatnonzero(H > certain)
+        there.put(unsure, _move_walls(segments, there.at(unsure), p[unsure], (near[unsure], H[unsure])))
+        found.put(live, there)
+        return found
+
+
+LAST_SHARE = 0.97
+"""Largest s of the tables: next to a fold states change without bound."""
+
+
+@cache
+def _widening(items):
+    """Tabulate the states of alternating `items` (pairs of segment and count) without springs."""
+    segments = dict(items)
+    first, second = (
+        sum(count * getattr(segment.kind, name) for segment, count in items) for name in ("first", "second")
+    )
+    # Between the free buckling of a strip and its line states, at small deflections.
+    angle = np.pi * (np.arange(STRIPS) + 0.5) / STRIPS
+    strip = (first - second * np.cos(angle)) * np.pi / 2
+    p = strip * strip
+    quarter = _quarter(segments)
+    narrow = 0.1 * NEARLY_STEEP / (quarter * strip)
+    near = _from_small_deflections(segments, p, narrow)
+    known = np.flatnonzero(near.found)
+    p, strip, narrow, near = p[known], strip[known], narrow[known], near.at(known)
+    widest = np.minimum(WIDEST_GAP, WIDEST / (quarter * strip))
+    trail = []
+    for roots, share in _on_the_way(segments, near, p, (narrow, widest), longest_step=1 / GAPS):
+        H = narrow + share * (widest - narrow)
+        trail.append((H, roots.kappa / (p * H), *(roots.lam / (p**1.5 * H))))
+    widest = H * strip
+    s = np.linspace(0, LAST_SHARE, GAPS)
+    table = np.empty((1 + len(segments), GAPS, p.size))
+    for i, (gaps, *values) in enumerate(np.array(trail).transpose(2, 1, 0)):
+        for j, value in enumerate(values):
+            table[j, :, i] = np.interp(s * (2 - s) * gaps[-1], gaps, value)
+    return _Widening(strip, widest, table)
