@@ -9,13 +9,13 @@ Left out: every other root (`sweep`), names and admissibility.
 """
 
 from functools import cache
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 
 from elastica.elliptic import complementary_parameter
 from elastica.newton import ROUNDING, Roots, newton, regular, steepest_angle, total_length
-from elastica.sweep import line_force
 
 RIGHT_ANGLE = np.pi / 2
 TINY_THRUST = 1e-6
@@ -28,28 +28,31 @@ WIDEST_GAP = 0.5
 """Half gap of which no strip can touch both walls."""
 MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
 FIRST_BRANCH_STEP = 1 / 16
-NO_FORCE = 1e-9
-"""Force λ of p that rounding may leave where there is none."""
+TAUT = 5.0
+"""Pull −λ in multiples of p with which a strip steeper than 90° is a taut string rather than a bent strip."""
 ENDS_MEET_K = 2.3210497325
 """K(m) where K = 2E: the ends of the free shape meet."""
-STRIPS, GAPS = 64, 20
-"""Strips and gaps of a table of widening walls."""
+STRIPS, GAPS, TABLE_STEPS = 64, 20, 60
+"""Strips and gaps of a table of widening walls, and steps on its way: all but taut strings need fewer."""
 WIDEST = 1.1
 """√p times the rise of a quarter of a period that no such state exceeds."""
-FALL = 0.1
-"""Relative fall of the widest gap from one strip to the next that may be a jump."""
-EDGE = 0.03
-"""Relative distance of a gap from the widest that the table knows within which it decides nothing."""
+FALL, JUMP = 0.01, 0.1
+"""Relative fall of the widest gap from one strip to the next that may be a jump, and how far it may pass
+both values in between."""
+EDGE, BACK = 0.01, 0.9
+"""Relative distance of a gap from the widest that the table knows within which it decides nothing, and the
+share of what is certain from where the walls are moved there."""
 
 
-def alternating(segments, p, H):
+def alternating(segments, table):
     """The root of alternating words: it exists where the segments are longer than the strip at κ = 0.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
         Of kind S, without further periods.
-    p, H : ndarray, shape (n,)
+    table : Table
+        Of n points.
 
     Returns
     -------
@@ -57,8 +60,9 @@ def alternating(segments, p, H):
         Below 90°, or steeper on the branch that grows from small deflections or from a free shape that
         touches the wall.
     """
+    p, H = table.p, table.H
     roots = Roots.none(segments, p.size)
-    line = np.stack([line_force(segment, p, H) for segment in segments])
+    line = np.stack([table.line_force(segment) for segment in segments])
     line = Roots(np.isfinite(line).all(axis=0), np.zeros_like(p), line)
     slack = total_length(segments, p, line) - 1
     flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
@@ -154,8 +158,8 @@ def _on_the_way(segments, roots, p, H, longest_step=1.0):
     """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
 
     Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
-    a fold to another branch, and lengthened where it does not. What is steeper than 90° is followed only
-    while some segment pushes on the walls: beyond, branches tend to a taut string without end.
+    a fold to another branch, and lengthened where it does not. Beyond 90° a strip that pulls hard on the
+    walls is left: such branches tend to a taut string without end.
 
     Yields
     ------
@@ -179,15 +183,15 @@ def _on_the_way(segments, roots, p, H, longest_step=1.0):
         start = np.stack([here.kappa, *here.lam]) + slope[:, live] * stride
         H_ = H[0][live] + (share[live] + stride) * way[live]
         there = newton(segments, p[live], H_, start[0], start[1:], most_steps=8)
-        pushes = there.lam.max(axis=0) > -NO_FORCE * p[live]
+        slack = there.lam.max(axis=0) > -TAUT * p[live]
         good = _next_to(segments, p[live], there, start[0])
-        good &= pushes | (steepest_angle(segments, p[live], there) < RIGHT_ANGLE)
+        good &= slack | (steepest_angle(segments, p[live], there) < RIGHT_ANGLE)
         moved = live[good]
         change = np.stack([there.kappa - here.kappa, *(there.lam - here.lam)])
         slope[:, moved] = (change / stride)[:, good]
         roots.put(moved, there.at(good))
         share[moved] = np.where(stride[good] < step[moved], 1.0, share[moved] + stride[good])
-        step[live] = np.minimum(step[live] * np.where(good, 1.5, 0.5), longest_step)
+        step[live] = np.minimum(step[live] * np.where(good, 1.2, 0.5), longest_step)
         live = live[(share[live] < 1) & (step[live] > SMALLEST_BRANCH_STEP)]
         yield roots, share
 
@@ -225,24 +229,33 @@ class _Widening(NamedTuple):
         left, right = self.widest[cell], self.widest[cell + 1]
         between = left + weight * (right - left)
         falls = right < (1 - FALL) * left
-        certain = (1 - EDGE) * np.where(falls, right, between) / np.sqrt(p)
-        beyond = (1 + EDGE) * np.where(falls, left, between) / np.sqrt(p)
+        certain = np.where(falls, (1 - JUMP) * right, (1 - EDGE) * between) / np.sqrt(p)
+        beyond = np.where(falls, (1 + JUMP) * left, (1 + EDGE) * between) / np.sqrt(p)
         live = np.flatnonzero((weight >= 0) & (weight <= 1) & (H <= beyond))
-        p, H, cell, weight, certain = p[live], H[live], cell[live], weight[live], certain[live]
+        p, H, certain = p[live], H[live], certain[live]
+        place = cell[live], weight[live], between[live] / np.sqrt(p)
         near = np.minimum(H, certain)
-        place = (1 - np.sqrt(1 - near * np.sqrt(p) / between[live])) * (GAPS - 1) / LAST_SHARE
+        there = self._near(segments, p, near, *place)
+        there.found[near < H] = False
+        left = np.flatnonzero(~there.found)
+        p, H, near = p[left], H[left], np.minimum(H, BACK * certain)[left]
+        start = self._near(segments, p, near, *(values[left] for values in place))
+        there.put(left, _move_walls(segments, start, p, (near, H)))
+        found.put(live, there)
+        return found
+
+    def _near(self, segments, p, H, cell, weight, widest):
+        """Newton from the table."""
+        place = (1 - np.sqrt(1 - np.minimum(H / widest, 1))) * (GAPS - 1) / LAST_SHARE
         row = np.clip(place.astype(int), 0, GAPS - 2)
         start = 0.0
         for across, w in ((0, 1 - weight), (1, weight)):
             for down, v in ((0, 1 - (place - row)), (1, place - row)):
                 start = start + v * w * self.table[:, row + down, cell + across]
-        kappa = start[0] * p * near
-        there = newton(segments, p, near, kappa, start[1:] * p**1.5 * near, most_steps=8)
+        kappa = start[0] * p * H
+        there = newton(segments, p, H, kappa, start[1:] * p**1.5 * H, most_steps=8)
         there.found[:] = _next_to(segments, p, there, kappa)
-        unsure = np.flatnonzero(H > certain)
-        there.put(unsure, _move_walls(segments, there.at(unsure), p[unsure], (near[unsure], H[unsure])))
-        found.put(live, there)
-        return found
+        return there
 
 
 LAST_SHARE = 0.97
@@ -267,7 +280,8 @@ def _widening(items):
     p, strip, narrow, near = p[known], strip[known], narrow[known], near.at(known)
     widest = np.minimum(WIDEST_GAP, WIDEST / (quarter * strip))
     trail = []
-    for roots, share in _on_the_way(segments, near, p, (narrow, widest), longest_step=1 / GAPS):
+    way = _on_the_way(segments, near, p, (narrow, widest), longest_step=1 / GAPS)
+    for roots, share in islice(way, TABLE_STEPS):
         H = narrow + share * (widest - narrow)
         trail.append((H, roots.kappa / (p * H), *(roots.lam / (p**1.5 * H))))
     widest = H * strip

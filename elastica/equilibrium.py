@@ -18,11 +18,11 @@ from elastica.euler import euler_root
 from elastica.newton import Bracket, Roots, newton, total_length
 from elastica.patterns import Group, groups, most_periods
 from elastica.segments import pendulum
-from elastica.sweep import Table, every_root, line_force
+from elastica.sweep import Table, every_root
 
 LARGEST_K = 350.0
 """K(m) at which 1 − m leaves the range of numbers."""
-CHUNK = 2000
+CHUNK = 5000
 """Points of one table, so that it stays small."""
 
 
@@ -75,7 +75,7 @@ def find(state, ends, p, H):
         the wall.
     """
     if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
-        first = _first(state, ends, p, H)
+        first = _first(state, ends, Table(p, H))
         missing = np.setdiff1d(np.arange(p.size), first.point) if not state.mode else np.arange(0)
         if not missing.size:
             return first
@@ -105,9 +105,10 @@ def every(state, ends, p, H, table=None):
     -------
     Equilibria
     """
+    points = table or Table(p, H)
     if state.line:
-        return _lines(state, ends, p, H)
-    first = [_first(state, ends, p, H)] if alternates(state, ends) else []
+        return _lines(state, ends, points)
+    first = [_first(state, ends, points)] if alternates(state, ends) else []
     return numbered([*first, _others(state, ends, p, H, table)])
 
 
@@ -116,13 +117,13 @@ def alternates(state, ends):
     return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
 
-def _first(state, ends, p, H):
+def _first(state, ends, table):
     """The root of a state that has one at most, without further periods."""
     plain = state.segments(ends)
     (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
-    roots = _free(state, ends, p) if state.mode else alternating(group.segments, p, H)
+    roots = _free(state, ends, table.p) if state.mode else alternating(group.segments, table)
     found = np.flatnonzero(roots.found)
-    return spread(plain, group, found, roots.at(found), p[found], number=1)
+    return spread(plain, group, found, roots.at(found), table.p[found], number=1)
 
 
 def _others(state, ends, p, H, table=None):
@@ -142,16 +143,13 @@ def _others(state, ends, p, H, table=None):
     return _sorted(found) if found else no_equilibria(len(state.word) + 1)
 
 
-def _lines(state, ends, p, H):
+def _lines(state, ends, table):
     """Line regime: every segment has its rise at κ = 0; with further periods only where they fit."""
     found = []
-    forces = {}
+    p = table.p
     for periods in range(most_periods(state, ends, p) + 1):
         for group in groups(state, ends, periods):
-            for segment in group.segments:
-                if segment not in forces:
-                    forces[segment] = line_force(segment, p, H)
-            lam = np.stack([forces[segment] for segment in group.segments])
+            lam = np.stack([table.line_force(segment) for segment in group.segments])
             roots = Roots(np.isfinite(lam).all(axis=0), np.zeros_like(p), lam)
             if periods:
                 roots.found[:] &= total_length(group.segments, p, roots) <= 1

@@ -70,7 +70,7 @@ class Targets:
         """Point regime; of alternating words without further periods with angles beyond 90°."""
         known = None
         if alternate:
-            roots = alternating(segments, self.loads.table.p, self.loads.table.H)
+            roots = alternating(segments, self.loads.table)
             place = np.flatnonzero(roots.found)
             known = place, roots.at(place)
         branch = self.loads.trace(segments, known)

@@ -8,14 +8,13 @@ Every kind begins at κ = 0 with its line shape, and the rise at which it reache
 its range is one interval from κ = 0.
 """
 
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.newton import Bracket, Roots, arrow_system, newton, steepest_angle
+from elastica.newton import Bracket, Roots, arrow_system, newton, steepest_angle, total_length
 from elastica.segments import arc, geometry, pendulum, steepest
-from elastica.segments import length as segment_length
 
 NODES = 32
 NODE_STEPS = 8
@@ -104,8 +103,18 @@ class Table:
 
     def __init__(self, p, H):
         self.p, self.H = p, H
-        self.kappa = _nodes(p, H)
-        self._known = {}
+        self._known, self._forces = {}, {}
+
+    @cached_property
+    def kappa(self):
+        """Nodes of κ, shape (nodes, n)."""
+        return _nodes(self.p, self.H)
+
+    def line_force(self, segment):
+        """λ of a segment at κ = 0, shape (n,); NaN where it has none before its fold."""
+        if segment not in self._forces:
+            self._forces[segment] = line_force(segment, self.p, self.H)
+        return self._forces[segment]
 
     def of(self, segment):
         """Lengths of a segment, up to its first node past 90°."""
@@ -270,12 +279,10 @@ def every_root(segments, table):
 def _sharpen_start(segments, table, near, excess):
     """Replace Σnℓ − 1 at κ = 0 by its exact value where the table cannot tell its sign."""
     unsure = np.flatnonzero(np.abs(excess[0]) < NEARLY)
-    p, H = table.p[near[unsure]], table.H[near[unsure]]
-    total = -1.0
-    for segment, count in segments.items():
-        q = pendulum(p, np.zeros_like(p), line_force(segment, p, H))
-        total = total + count * segment_length(arc(segment.kind, q))
-    excess[0, unsure] = total
+    points = near[unsure]
+    lam = np.stack([table.line_force(segment)[points] for segment in segments])
+    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(points.size), lam)
+    excess[0, unsure] = total_length(segments, table.p[points], line) - 1
 
 
 class _Edge(NamedTuple):

@@ -227,7 +227,7 @@ def _tracks(state, ends, H, control, P_max):
             else:
                 known = None
                 if not periods and alternates(state, ends):
-                    roots = alternating(group.segments, loads.table.p, loads.table.H)
+                    roots = alternating(group.segments, loads.table)
                     place = np.flatnonzero(roots.found)
                     known = place, roots.at(place)
                 samples = loads.trace(group.segments, known)
