@@ -35,21 +35,13 @@ def stored(point):
     """Stored equilibria of a point as rows of name, P, κ, V, ΔL and whether they are next to a transition."""
     rows = []
     for row in point["states"]:
-        label, values = row[0], dict(zip(REFERENCES["columns"][1:], row[1:], strict=True))
+        label, *load, kappa, V, shortening, margin = row
         rows.append(
             {
                 "name": name_of(label, ends_of(point)),
-                "P": point["P"] if values["P"] is None else values["P"],
-                "numbers": np.array([values["kappa"], values["V"] / (4 * np.pi**2), values["shortening"]]),
-                "tie": min(
-                    np.inf
-                    if values["smallest_reaction"] is None
-                    else values["smallest_reaction"] / (values["P"] or point["P"]),
-                    np.inf if values["clearance"] is None else values["clearance"] / point["H"],
-                    np.pi / 2 - values["max_theta"],
-                    np.inf if values["P"] is None else LARGEST_LOAD - values["P"],
-                )
-                < TIE,
+                "P": load[0] if load else point["P"],
+                "numbers": np.array([kappa, V / (4 * np.pi**2), shortening]),
+                "tie": margin < TIE,
             }
         )
     return [

@@ -1012,24 +1012,27 @@ def rounded(value, digits):
     return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
-COLUMNS = ["label", "P", "kappa", "V", "shortening", "max_theta", "clearance", "smallest_reaction"]
+COLUMNS = ["label", "P", "kappa", "V", "shortening", "margin"]
 
 
-def compact(record, with_load):
+def compact(record, problem):
     """Return a record as a short row, see COLUMNS (P only if the shortening was prescribed).
 
     The label is 'word kinds periods regime', for example 'UDU SA 0010 point'; a free state has a mode number
-    in place of the word, the straight strip is '0 straight'.
+    in place of the word, the straight strip is '0 straight'. The margin tells how far the state is from not
+    being listed: the least of reaction/P, clearance/H, 90 degrees less its angle, and P_MAX - P.
     """
     name = record["word"] or str(record.get("mode", 0))
     parts = [name, record["kinds"], "".join(str(j) for j in record["periods"]), record["regime"]]
     row = [" ".join(part for part in parts if part)]
-    if with_load:
+    margins = [QUARTER - record["max_theta"], *(reaction / record["P"] for reaction in record["reactions"])]
+    if record["clearance"] is not None:
+        margins.append(record["clearance"] / problem["H"])
+    if "shortening" in problem:
         row.append(rounded(record["P"], 10))
+        margins.append(P_MAX - record["P"])
     row += [rounded(record[name], 10) for name in ("kappa", "V", "shortening")]
-    row += [rounded(record[name], 6) for name in ("max_theta", "clearance")]
-    row.append(rounded(min(record["reactions"], default=None), 6))
-    return row
+    return [*row, rounded(float(min(margins)), 2)]
 
 
 def draw(random, share):
@@ -1075,7 +1078,7 @@ def main():
         if args.full:
             rows = [{key: value for key, value in state.items() if value is not None} for state in states]
         else:
-            rows = [compact(state, "shortening" in problem) for state in states]
+            rows = [compact(state, problem) for state in states]
         points.append({**problem, "states": rows})
         seconds = time.perf_counter() - start
         print(f"{number + 1}/{args.count}  {problem}  {len(states)} states  {seconds:.1f} s", flush=True)
