@@ -15,19 +15,23 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.elliptic import complementary_parameter
-from elastica.newton import ROUNDING, Roots, newton, regular, steepest_angle, total_length
+from elastica.newton import ROUNDING, Roots, below_right_angles, newton, regular, total_length
+from elastica.sweep import line_force, rough_line_length
 
-RIGHT_ANGLE = np.pi / 2
 TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""
 NARROW_GAP = 0.02
 """Half gap that is small for every strip: there the small-deflection start converges."""
 NEARLY_STEEP = 0.55
 """√p times the rise of a quarter of a period at which small-deflection starts mostly still converge."""
+LEAVING = 0.05
+"""Surplus of the length at κ = 0 up to which a state is reached from the line state."""
 WIDEST_GAP = 0.5
 """Half gap of which no strip can touch both walls."""
-MOST_BRANCH_STEPS, SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 150, 1e-4, 0.1
-FIRST_BRANCH_STEP = 1 / 16
+MOST_BRANCH_STEPS, BRANCH_NEWTON_STEPS = 150, 6
+SMALLEST_BRANCH_STEP, LONGEST_BRANCH_STEP = 5e-4, 0.1
+FAR, NEAR = 1 / 16, 1 / 2
+"""First step as a share of the way, from narrow walls and from walls that are only a little nearer."""
 TAUT = 5.0
 """Pull −λ in multiples of p with which a strip steeper than 90° is a taut string rather than a bent strip."""
 ENDS_MEET_K = 2.3210497325
@@ -36,9 +40,9 @@ STRIPS, GAPS, TABLE_STEPS = 64, 20, 60
 """Strips and gaps of a table of widening walls, and steps on its way: all but taut strings need fewer."""
 WIDEST = 1.1
 """√p times the rise of a quarter of a period that no such state exceeds."""
-FALL, JUMP = 0.01, 0.1
+JUMP = 0.1
 """Relative fall of the widest gap from one strip to the next that may be a jump, and how far it may pass
-both values in between."""
+both values before."""
 EDGE, BACK = 0.01, 0.9
 """Relative distance of a gap from the widest that the table knows within which it decides nothing, and the
 share of what is certain from where the walls are moved there."""
@@ -62,35 +66,37 @@ def alternating(segments, table):
     """
     p, H = table.p, table.H
     roots = Roots.none(segments, p.size)
-    line = np.stack([table.line_force(segment) for segment in segments])
-    line = Roots(np.isfinite(line).all(axis=0), np.zeros_like(p), line)
-    slack = total_length(segments, p, line) - 1
-    flattened = np.flatnonzero(line.found & (np.abs(slack) <= 4 * ROUNDING))
-    roots.put(flattened, line.at(flattened))
+    slack = sum(count * rough_line_length(segment, p, H) for segment, count in segments.items()) - 1
+    close = np.flatnonzero(~(np.abs(slack) > LEAVING))
+    lam = np.stack([line_force(segment, p[close], H[close]) for segment in segments])
+    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(close.size), lam)
+    slack[close] = np.where(line.found, total_length(segments, p[close], line) - 1, np.inf)
+    flattened = np.flatnonzero(np.abs(slack[close]) <= 4 * ROUNDING)
+    roots.put(close[flattened], line.at(flattened))
 
-    sought = np.flatnonzero(~line.found | (slack > 4 * ROUNDING))
-    p, H = p[sought], H[sought]
-    found = Roots.none(segments, p.size)
+    longer = np.flatnonzero((slack[close] > 4 * ROUNDING) & (slack[close] < LEAVING))
+    at = close[longer]
+    roots.put(at, _from_line(segments, p[at], H[at], line.lam[:, longer]))
     gentle = NEARLY_STEEP / (_quarter(segments) * np.sqrt(np.maximum(p, TINY_THRUST)))
-    near = np.flatnonzero(H <= gentle)
-    found.put(near, _from_small_deflections(segments, p[near], H[near]))
-    steep = np.flatnonzero(~found.found)
-    p, H = p[steep], H[steep]
+    sought = (slack > 4 * ROUNDING) & ~roots.found
+    near = np.flatnonzero(sought & (H <= gentle))
+    roots.put(near, _from_small_deflections(segments, p[near], H[near]))
+    steep = np.flatnonzero(sought & ~roots.found)
+    p, H, gentle = p[steep], H[steep], gentle[steep]
     if any(segment.kind.springs for segment in segments):
-        narrow = np.minimum(H, np.maximum(NARROW_GAP, gentle[steep]))
+        narrow = np.minimum(H, np.maximum(NARROW_GAP, gentle))
         near = _from_small_deflections(segments, p, narrow)
         failed = np.flatnonzero(~near.found)
         narrow[failed] = np.minimum(H[failed], NARROW_GAP)
         near.put(failed, _from_small_deflections(segments, p[failed], narrow[failed]))
-        reached = _move_walls(segments, near, p, (narrow, H))
+        reached = _move_walls(segments, near, p, (narrow, H), FAR)
     else:
         reached = _widening(tuple(segments.items())).roots(segments, p, H)
         if len(segments) == 1:
             left = np.flatnonzero(~reached.found)
             free, height = _just_touching(segments, p[left])
-            reached.put(left, _move_walls(segments, free, p[left], (height, H[left])))
-    found.put(steep, reached)
-    roots.put(sought, found)
+            reached.put(left, _move_walls(segments, free, p[left], (height, H[left]), FAR))
+    roots.put(steep, reached)
     return roots
 
 
@@ -99,10 +105,17 @@ def _quarter(segments):
     return max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
 
 
+def _from_line(segments, p, H, lam):
+    """Newton from the line state that the points are about to leave: κ grows from 0 as they get longer."""
+    roots = newton(segments, p, H, np.zeros_like(p), lam)
+    roots.found[:] &= regular(segments, p, roots, -1)
+    return roots
+
+
 def _from_small_deflections(segments, p, H):
     """Newton from the small-deflection form; what is steeper than 90° may lie on any branch: not found."""
     roots = newton(segments, p, H, *_small_deflection(segments, p, H))
-    roots.found[:] &= regular(segments, p, roots, -1) & (steepest_angle(segments, p, roots) < RIGHT_ANGLE)
+    roots.found[:] &= below_right_angles(segments, p, roots)
     return roots
 
 
@@ -147,19 +160,19 @@ def _just_touching(segments, p):
     return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p
 
 
-def _move_walls(segments, roots, p, H):
+def _move_walls(segments, roots, p, H, first_step):
     """Roots at the gap H[1] on the branches of `roots` at H[0], where they get there."""
-    *_, (roots, share) = _on_the_way(segments, roots, p, H)
+    *_, (roots, share) = _on_the_way(segments, roots, p, H, first_step)
     roots.found[:] &= share == 1
     return roots
 
 
-def _on_the_way(segments, roots, p, H, longest_step=1.0):
+def _on_the_way(segments, roots, p, H, first_step):
     """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
 
     Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
-    a fold to another branch, and lengthened where it does not. Beyond 90° a strip that pulls hard on the
-    walls is left: such branches tend to a taut string without end.
+    a fold to another branch, and lengthened where it does not, up to twice the first. Beyond 90° a strip
+    that pulls hard on the walls is left: such branches tend to a taut string without end.
 
     Yields
     ------
@@ -169,7 +182,7 @@ def _on_the_way(segments, roots, p, H, longest_step=1.0):
         Of the way that each point has gone.
     """
     roots = Roots(roots.found.copy(), roots.kappa.copy(), roots.lam.copy())
-    share, step = np.zeros(p.size), np.full(p.size, FIRST_BRANCH_STEP)
+    share, step = np.zeros(p.size), np.full(p.size, first_step)
     way = H[1] - H[0]
     # At small deflections a state grows in proportion to the gap.
     slope = np.stack([roots.kappa, *roots.lam]) * (way / H[0])
@@ -182,16 +195,16 @@ def _on_the_way(segments, roots, p, H, longest_step=1.0):
         stride = np.minimum(step[live], 1 - share[live])
         start = np.stack([here.kappa, *here.lam]) + slope[:, live] * stride
         H_ = H[0][live] + (share[live] + stride) * way[live]
-        there = newton(segments, p[live], H_, start[0], start[1:], most_steps=8)
+        there = newton(segments, p[live], H_, start[0], start[1:], most_steps=BRANCH_NEWTON_STEPS)
         slack = there.lam.max(axis=0) > -TAUT * p[live]
         good = _next_to(segments, p[live], there, start[0])
-        good &= slack | (steepest_angle(segments, p[live], there) < RIGHT_ANGLE)
+        good &= slack | below_right_angles(segments, p[live], there)
         moved = live[good]
         change = np.stack([there.kappa - here.kappa, *(there.lam - here.lam)])
         slope[:, moved] = (change / stride)[:, good]
         roots.put(moved, there.at(good))
         share[moved] = np.where(stride[good] < step[moved], 1.0, share[moved] + stride[good])
-        step[live] = np.minimum(step[live] * np.where(good, 1.2, 0.5), longest_step)
+        step[live] = np.minimum(step[live] * np.where(good, 1.2, 0.5), 2 * first_step)
         live = live[(share[live] < 1) & (step[live] > SMALLEST_BRANCH_STEP)]
         yield roots, share
 
@@ -228,9 +241,9 @@ class _Widening(NamedTuple):
         weight = (np.sqrt(p) - self.strip[cell]) / (self.strip[cell + 1] - self.strip[cell])
         left, right = self.widest[cell], self.widest[cell + 1]
         between = left + weight * (right - left)
-        falls = right < (1 - FALL) * left
-        certain = np.where(falls, (1 - JUMP) * right, (1 - EDGE) * between) / np.sqrt(p)
-        beyond = np.where(falls, (1 + JUMP) * left, (1 + EDGE) * between) / np.sqrt(p)
+        falls, jumps = right < left, right < (1 - JUMP) * left
+        certain = (1 - EDGE) * np.where(falls, right, between) / np.sqrt(p)
+        beyond = (1 + np.where(jumps, JUMP, EDGE)) * np.where(falls, left, between) / np.sqrt(p)
         live = np.flatnonzero((weight >= 0) & (weight <= 1) & (H <= beyond))
         p, H, certain = p[live], H[live], certain[live]
         place = cell[live], weight[live], between[live] / np.sqrt(p)
@@ -240,7 +253,7 @@ class _Widening(NamedTuple):
         left = np.flatnonzero(~there.found)
         p, H, near = p[left], H[left], np.minimum(H, BACK * certain)[left]
         start = self._near(segments, p, near, *(values[left] for values in place))
-        there.put(left, _move_walls(segments, start, p, (near, H)))
+        there.put(left, _move_walls(segments, start, p, (near, H), NEAR))
         found.put(live, there)
         return found
 
@@ -280,7 +293,7 @@ def _widening(items):
     p, strip, narrow, near = p[known], strip[known], narrow[known], near.at(known)
     widest = np.minimum(WIDEST_GAP, WIDEST / (quarter * strip))
     trail = []
-    way = _on_the_way(segments, near, p, (narrow, widest), longest_step=1 / GAPS)
+    way = _on_the_way(segments, near, p, (narrow, widest), first_step=0.5 / GAPS)
     for roots, share in islice(way, TABLE_STEPS):
         H = narrow + share * (widest - narrow)
         trail.append((H, roots.kappa / (p * H), *(roots.lam / (p**1.5 * H))))

@@ -76,9 +76,11 @@ def find(state, ends, p, H):
     """
     if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
         first = _first(state, ends, Table(p, H))
-        missing = np.setdiff1d(np.arange(p.size), first.point) if not state.mode else np.arange(0)
-        if not missing.size:
+        there = np.full(p.size, bool(state.mode))
+        there[first.point] = True
+        if there.all():
             return first
+        missing = np.flatnonzero(~there)
         others = numbered([_others(state, ends, p[missing], H[missing])])
         others = others._replace(point=missing[others.point])
         return _sorted([first, others.at(others.number == 1)])

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.segments import arc, geometry, length, pendulum, steepest
+from elastica.segments import arc, below_right_angle, geometry, length, pendulum
 
 MOST_STEPS = 60
 ROUNDING = np.finfo(float).eps
@@ -155,13 +155,15 @@ def regular(segments, p, roots, sign):
     return determinant * pivot > 0
 
 
-def steepest_angle(segments, p, roots):
-    """Largest |θ| over the segments, shape (n,)."""
-    angles = [
-        steepest(segment.kind, pendulum(p, roots.kappa, lam))
-        for segment, lam in zip(segments, roots.lam, strict=True)
-    ]
-    return np.max(angles, axis=0)
+def below_right_angles(segments, p, roots):
+    """Whether |θ| < 90° on all segments, shape (n,)."""
+    return np.all(
+        [
+            below_right_angle(segment.kind, p, roots.kappa, lam)
+            for segment, lam in zip(segments, roots.lam, strict=True)
+        ],
+        axis=0,
+    )
 
 
 def total_length(segments, p, roots):

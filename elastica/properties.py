@@ -84,7 +84,10 @@ def bent(state, ends, H, found, fixed_shortening=False):
     dict of str to ndarray, shape (m, ...)
         The array attributes of `Solution`.
     """
-    patterns, member = np.unique(found.periods, axis=1, return_inverse=True)
+    if (found.periods == found.periods[:, :1]).all():
+        patterns, member = found.periods[:, :1], np.zeros(H.size, int)
+    else:
+        patterns, member = np.unique(found.periods, axis=1, return_inverse=True)
     values = {}
     for number, periods in enumerate(patterns.T):
         columns = np.flatnonzero(member.ravel() == number)

@@ -379,6 +379,15 @@ def shortening(segment):
     return bow / q.r + segment.jump * q.lam / q.F**2
 
 
+def below_right_angle(kind, p, kappa, lam):
+    """Whether |θ| < 90° all along a segment that rises: θ'² = κ² − 2p + 2λ sin θ is negative there.
+
+    One turning point is the upper one, two see both sides.
+    """
+    pull = lam if kind.turning_points == 1 else np.abs(lam)
+    return 0.5 * kappa * kappa < p - pull
+
+
 def steepest(kind, q):
     """Largest |θ| on a segment that rises: one turning point is the upper one, two see both."""
     if kind.turning_points == 1:

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.newton import Bracket, Roots, arrow_system, newton, steepest_angle, total_length
-from elastica.segments import arc, geometry, pendulum, steepest
+from elastica.elliptic import integrals
+from elastica.newton import Bracket, Roots, arrow_system, below_right_angles, newton, total_length
+from elastica.segments import arc, below_right_angle, geometry, pendulum, steepest
 
 NODES = 32
 NODE_STEPS = 8
@@ -36,6 +37,8 @@ LARGEST_RISE = 3.3054 / 4
 LINE_FOLD = 0.528160307318
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
 beyond it there are none. A segment from a pin ends at half of it."""
+LINE_FOLD_ANGLE = np.radians(47.761)
+LINE_NODES = 200
 
 
 def line_force(segment, p, H):
@@ -66,6 +69,38 @@ def line_force(segment, p, H):
     lam = np.full_like(start, np.nan)
     lam[below] = np.where(line.found & before_fold, line.lam[0], np.nan)
     return lam
+
+
+def rough_line_length(segment, p, H):
+    """Length of a segment at κ = 0 to 1e-3; infinite beyond the fold, NaN next to it and on springs.
+
+    Such a segment is a number of equal quarters of a period, with √p ℓ = K √cos α and
+    √p d = sin α √cos α (2E − K) each, m = sin²(α/2).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+    """
+    if segment.kind.springs:
+        return np.full_like(p, np.nan)
+    if not segment.rise:
+        return np.zeros_like(p)
+    root_p = np.sqrt(p)
+    quarters = segment.kind.first + segment.kind.second
+    rises, lengths = _quarters()
+    rise = root_p * segment.rise * H / quarters
+    length = np.interp(rise, rises, lengths, right=np.nan)
+    length[rise > rises[-1] * (1 + NEARLY)] = np.inf
+    return quarters * length / root_p
+
+
+@cache
+def _quarters():
+    alpha = np.linspace(0, LINE_FOLD_ANGLE, LINE_NODES)
+    m1 = np.cos(alpha / 2) ** 2
+    K, DK, _, _ = integrals(m1, np.zeros_like(alpha), np.ones_like(alpha))
+    stretch = np.sqrt(np.cos(alpha))
+    return np.sin(alpha) * stretch * (K - 2 * (1 - m1) * DK), K * stretch
 
 
 class Lengths(NamedTuple):
@@ -130,9 +165,8 @@ class Table:
         root_p = np.sqrt(self.p)
         scaled_H = self.H * root_p
         lam, length, D = _scaled_table(segment)(scaled_H)
-        kappa = self.kappa / root_p
-        reach = lam if segment.kind.turning_points == 1 else np.abs(lam)
-        past = np.logical_or.accumulate(reach >= 1 - 0.5 * kappa * kappa, axis=0)
+        past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
+        past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
         length[1:][past[:-1]] = np.nan
         # Next to its end the scaled table has gaps: there the segment is followed itself.
         gap = np.isnan(length[0]) & (
@@ -272,7 +306,7 @@ def every_root(segments, table):
         for sides in zip(*(bracket[1:] for bracket in brackets), strict=True)
     )
     roots = _refine(segments, table.p[points], table.H[points], low, high)
-    good = roots.found & (steepest_angle(segments, table.p[points], roots) < np.pi / 2)
+    good = roots.found & below_right_angles(segments, table.p[points], roots)
     return points[good], roots.at(good)
 
 
