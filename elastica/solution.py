@@ -141,7 +141,7 @@ class Solution:
         return sample(self, samples)
 
 
-def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None):
+def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None, method="exact", **chain):
     """Find a state, its admissibility and its stability at every point of broadcast arrays.
 
     Either the load or the shortening is prescribed.
@@ -160,6 +160,11 @@ def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None):
     shortening : array_like, optional
         Approach of the ends ΔL*/L, from 0 to 2. `P` is then part of the answer, and stability is
         that at fixed shortening.
+    method : str
+        "exact" (default), or "chain" for rigid links and springs.
+    **chain
+        Of the chain: `links` (400), `clamp` ("consistent" or "published") and `stiffness`, the profile of EI
+        along the strip; see `elastica.chain.solution.solve`.
 
     Returns
     -------
@@ -181,6 +186,14 @@ def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None):
     >>> print(s.P.round(4), s.index, solve("Ua", P=s.P, H=0.05).index)
     2.1772 0 1
     """
+    if method == "chain":
+        from elastica.chain.solution import solve as solve_chain
+
+        return solve_chain(state, P=P, H=H, ends=ends, shortening=shortening, **chain)
+    if method != "exact":
+        raise ValueError(f"method = {method!r}; use exact or chain")
+    if chain:
+        raise ValueError(f"{', '.join(sorted(chain))}: of a chain only; add method='chain'")
     ends = parse_ends(ends)
     state = parse_state(state, ends)
     control, values = prescribed(P, shortening)

@@ -1,0 +1,98 @@
+"""A chain of rigid links and torsional springs: potential, gradient and Hessian for any lengths and springs.
+
+        θ_i measured from the x-axis              segment 0          segment 1
+                                                 (rises by d_0)     (rises by d_1)
+           hold                                    ___l_i____
+            |        l_1   ___o___                /  θ_i
+       A    @——————o——————/  k_1  \\—— ……     ——o/             ……      ——o—————@   B
+            :  θ_0    k_0
+
+    V = ½ Σ k_i (θ_{i+1} − θ_i)² + ½ Σ g_i θ_i² − p Σ l_i (1 − cos θ_i),       Σ_{i in segment j} l_i sin θ_i = d_j
+
+in units with EI = L = 1. The springs k join neighbours, the holds g tie a link to the direction θ = 0: end springs,
+clamps, the wall where a line begins. With multipliers λ_j the Lagrangian is V + Σ λ_j (Σ l sin θ − d_j), so
+that λ is that of the continuum, θ'' = −p sin θ + λ cos θ, and
+
+    gradient   k_{i−1} (θ_i − θ_{i−1}) − k_i (θ_{i+1} − θ_i) + g_i θ_i − l_i (p sin θ_i − λ cos θ_i)
+    Hessian    tridiagonal: k_{i−1} + k_i + g_i − l_i (p cos θ_i + λ sin θ_i) on the diagonal, −k_i beside it.
+
+A zero spring separates what does not talk: the segments on both sides of a line. A link may have length zero.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Chain(NamedTuple):
+    """The free links of a strip from end A to end B.
+
+    Attributes
+    ----------
+    lengths : ndarray, shape (n,)
+    springs : ndarray, shape (n − 1,)
+        k between neighbours.
+    holds : ndarray, shape (n,)
+        g between a link and the direction θ = 0.
+    segment : ndarray of int, shape (n,)
+        Number 0, 1, … of the segment that each link belongs to.
+    """
+
+    lengths: np.ndarray
+    springs: np.ndarray
+    holds: np.ndarray
+    segment: np.ndarray
+
+    @property
+    def segments(self):
+        """Number of segments."""
+        return int(self.segment[-1]) + 1
+
+    def moments(self, theta):
+        """Moments k (θ_{i+1} − θ_i) of the springs, shape (n − 1,)."""
+        return self.springs * np.diff(theta)
+
+    def bending_energy(self, theta):
+        """Energy of springs and holds."""
+        return 0.5 * (self.moments(theta) @ np.diff(theta) + self.holds @ theta**2)
+
+    def shortening(self, theta):
+        """Σ l (1 − cos θ), without cancellation."""
+        return 2 * (self.lengths @ np.sin(0.5 * theta) ** 2)
+
+    def rises(self, theta):
+        """Height gained by each segment, shape (segments,)."""
+        return np.bincount(self.segment, self.lengths * np.sin(theta), self.segments)
+
+    def load(self, theta, p, lam):
+        """Couple p sin θ − λ cos θ per length, shape (n,)."""
+        return p * np.sin(theta) - lam[self.segment] * np.cos(theta)
+
+    def gradient(self, theta, p, lam):
+        """Derivative of the Lagrangian with respect to θ, shape (n,).
+
+        Parameters
+        ----------
+        theta : ndarray, shape (n,)
+        p : float
+        lam : ndarray, shape (segments,)
+        """
+        gradient = self.holds * theta - self.lengths * self.load(theta, p, lam)
+        moments = self.moments(theta)
+        gradient[1:] += moments
+        gradient[:-1] -= moments
+        return gradient
+
+    def hessian(self, theta, p, lam):
+        """Second derivative of the Lagrangian: its diagonal (n,) and what stands beside it (n − 1,)."""
+        forces = p * np.cos(theta) + lam[self.segment] * np.sin(theta)
+        diagonal = self.holds - self.lengths * forces
+        diagonal[1:] += self.springs
+        diagonal[:-1] += self.springs
+        return diagonal, -self.springs
+
+    def rise_slopes(self, theta):
+        """Derivative of the rises with respect to θ, shape (n, segments)."""
+        slopes = np.zeros((theta.size, self.segments))
+        slopes[np.arange(theta.size), self.segment] = self.lengths * np.cos(theta)
+        return slopes

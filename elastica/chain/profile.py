@@ -1,0 +1,78 @@
+"""The bending stiffness EI(s) along a strip, relative to the EI that makes loads and energies dimensionless."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Profile(NamedTuple):
+    """Stiffness at equidistant arc lengths from s = 0 to s = 1, linear between; or a function of s."""
+
+    samples: tuple = (1.0,)
+    function: object = None
+
+    @property
+    def uniform(self):
+        """Whether the stiffness is one number."""
+        return self.function is None and len(set(self.samples)) == 1
+
+    def __call__(self, s):
+        """Stiffness at arc lengths `s`."""
+        if self.function is not None:
+            return np.broadcast_to(np.asarray(self.function(s), float), np.shape(s))
+        return np.interp(s, np.linspace(0, 1, len(self.samples)), self.samples)
+
+
+def parse_profile(stiffness, links):
+    """Read a stiffness profile.
+
+    Parameters
+    ----------
+    stiffness : None, float, array_like or callable
+        None is the uniform strip, EI = 1; a number is uniform too. An array has the values at equidistant
+        arc lengths from end A to end B, both included, linear between. A function takes an array of
+        arc lengths from 0 to 1.
+    links : int
+        The chain sees the profile at the middles of its links, so an array may not have more than
+        links + 1 values.
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    ValueError
+        If a stiffness is not a positive number or there are too many of them.
+    """
+    if stiffness is None:
+        return Profile()
+    s = np.linspace(0, 1, 2 * links + 1)
+    if callable(stiffness):
+        profile = Profile((), stiffness)
+        try:
+            values = np.asarray(profile(s), float)
+        except (TypeError, ValueError) as problem:
+            raise ValueError(
+                f"stiffness: the function must take an array of arc lengths and return as many numbers: {problem}"
+            ) from None
+        where = "s = {:.6g}".format
+    else:
+        try:
+            values = np.atleast_1d(np.asarray(stiffness, float))
+        except (TypeError, ValueError):
+            raise ValueError(f"stiffness = {stiffness!r}; give positive numbers or a function of s") from None
+        if values.ndim != 1 or not 1 <= values.size <= links + 1:
+            raise ValueError(
+                f"stiffness has the shape {values.shape}; give a list of 1 to links + 1 = {links + 1} numbers at "
+                f"equidistant arc lengths, or at least {max(values.size - 1, 4)} links"
+            )
+        profile = Profile(tuple(values.tolist()))
+        s = np.linspace(0, 1, values.size)
+        where = "s = {:.6g}".format
+    bad = np.flatnonzero(~((values > 0) & np.isfinite(values)))
+    if bad.size:
+        raise ValueError(
+            f"stiffness is {values[bad[0]]:g} at {where(s[bad[0]])}; every value must be a positive number"
+        )
+    return profile
