@@ -61,6 +61,13 @@ def sample(solution, samples):
     return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
 
 
+def angles(solution, point, s):
+    """Exact θ at arc lengths `s` (samples,) of a bent state at one point, given by its flat index."""
+    ((points, segments),) = solution.patterns(np.array([point]))
+    with np.errstate(invalid="ignore"):
+        return _bent(solution, points, segments, s)[0][0]
+
+
 def _bent(solution, points, segments, s):
     """θ, x, y at flat indices that share their segments, each of shape (points, samples)."""
     state = solution.state

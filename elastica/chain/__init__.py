@@ -1,10 +1,18 @@
-"""The link–spring chain with element splitting: any stiffness profile, and a witness for the exact solver.
+"""The link-spring chain with element splitting: for any stiffness profile, and a second witness.
 
 Reached as `elastica.solve(..., method="chain")`.
 
-links        potential, gradient, Hessian of a chain     bordered    O(N) algebra: tridiagonal plus borders
-splitting    links cut at contacts                       equilibrium Newton with contacts that move
-start        exact states, stiffness profiles            second_variation, published   the energy method, twice
-verdict      index and stability                         spectrum, vibration           eigenvalues, frequencies
-resolution   how many links a load needs                 solution    arrays of points
+profile           the bending stiffness along the strip
+links             potential, gradient and Hessian of a chain of any links
+splitting         links cut where the strip touches a wall
+bordered          O(N) algebra: tridiagonal matrices with a few borders
+equilibrium       Newton's method with contacts that move
+start             where it starts: exact states, continuation in the stiffness
+resolution        how many links a load needs
+second_variation  the energy method with element splitting, of second order
+published         the publication's setting of the same, of first order
+verdict           index, nullity and stability
+spectrum          eigenvalues; vibration: natural frequencies
+properties        heights, curvature, energies of one chain
+model             one state at one point; solution: on arrays of points
 """

@@ -1,4 +1,4 @@
-"""Symmetric matrices that are tridiagonal but for a few rows and columns: solution, inertia, lowest eigenvalues.
+"""Tridiagonal matrices with a few borders: solution, inertia and lowest eigenvalues in O(N).
 
             n       q
         [ T       B  ]    T: the chain's springs and loads, tridiagonal
@@ -132,7 +132,7 @@ def inverse(form):
     Returns
     -------
     callable
-        From (n,) or (n, k) to the same shape: T⁻¹ − T⁻¹B S⁻¹ ... applied, symmetric.
+        From (n,) to (n,), symmetric: T⁻¹ + T⁻¹B S⁻¹ BᵀT⁻¹.
     """
     schur, influence = _schur(form)
     factors = lapack.dgttrf(form.off, form.diagonal, form.off)

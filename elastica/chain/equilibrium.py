@@ -6,8 +6,8 @@
           [ local        0       local   0  ]   θ lies on the wall at each cut
           [ (l sin θ)ᵀ   0     ±(1 − cos θ) 0 ]   prescribed shortening
 
-The first block is tridiagonal, all others are narrow: a step costs O(N). When a cut passes from one link to the next all
-equations stay continuous and their slopes jump a little; Newton's method does not mind.
+The first block is tridiagonal, all others are narrow: a step costs O(N). When a cut passes from one link to
+the next all equations stay continuous and their slopes jump a little; Newton's method does not mind.
 
 Left out: where to start (`start`), what a state means (`properties`, `verdict`).
 """
@@ -135,7 +135,9 @@ def _newton(state, centres, shortening):
         size = np.abs(step.theta).max() / max(np.abs(state.theta).max(), 1e-300)
         if fraction == 1.0 and size <= max(CONVERGED, rounding):
             return state
-    raise NoEquilibrium("Newton's method does not settle on this chain")
+    raise NoEquilibrium(
+        "Newton's method does not settle; near a fold the chain may lose its state before the strip does"
+    )
 
 
 class _Step(NamedTuple):
@@ -211,7 +213,7 @@ def _advanced(state, step, fraction):
     if not spans.min() >= FEWEST_LINKS * state.strip.h:
         wanted = int(np.ceil(FEWEST_LINKS / max(spans.min(), 1e-9)))
         raise NoEquilibrium(
-            f"a free segment is {spans.min():.3g} long, shorter than {FEWEST_LINKS} links; use links = {wanted}"
+            f"a free segment of length {spans.min():.3g} is under {FEWEST_LINKS} links; use links = {wanted}"
         )
     theta = state.theta + fraction * step.theta
     pieces = split(state.strip, state.pattern, cuts)

@@ -7,11 +7,12 @@
        A    @——————o——————/  k_1  \\—— ……     ——o/             ……      ——o—————@   B
             :  θ_0    k_0
 
-    V = ½ Σ k_i (θ_{i+1} − θ_i)² + ½ Σ g_i θ_i² − p Σ l_i (1 − cos θ_i),       Σ_{i in segment j} l_i sin θ_i = d_j
+    V = ½ Σ k_i (θ_{i+1} − θ_i)² + ½ Σ g_i θ_i² − p Σ l_i (1 − cos θ_i)
+    Σ l_i sin θ_i = d_j     over each segment j
 
-in units with EI = L = 1. The springs k join neighbours, the holds g tie a link to the direction θ = 0: end springs,
-clamps, the wall where a line begins. With multipliers λ_j the Lagrangian is V + Σ λ_j (Σ l sin θ − d_j), so
-that λ is that of the continuum, θ'' = −p sin θ + λ cos θ, and
+in units with EI = L = 1. The springs k join neighbours, the holds g tie a link to the direction θ = 0: end
+springs, clamps, the wall where a line begins. With multipliers λ_j the Lagrangian is V + Σ λ_j (Σ l sin θ −
+d_j), so that λ is that of the continuum, θ'' = −p sin θ + λ cos θ, and
 
     gradient   k_{i−1} (θ_i − θ_{i−1}) − k_i (θ_{i+1} − θ_i) + g_i θ_i − l_i (p sin θ_i − λ cos θ_i)
     Hessian    tridiagonal: k_{i−1} + k_i + g_i − l_i (p cos θ_i + λ sin θ_i) on the diagonal, −k_i beside it.

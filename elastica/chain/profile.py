@@ -1,4 +1,4 @@
-"""The bending stiffness EI(s) along a strip, relative to the EI that makes loads and energies dimensionless."""
+"""The bending stiffness EI(s) along a strip, in units of the EI that makes loads dimensionless."""
 
 from typing import NamedTuple
 
@@ -54,7 +54,7 @@ def parse_profile(stiffness, links):
             values = np.asarray(profile(s), float)
         except (TypeError, ValueError) as problem:
             raise ValueError(
-                f"stiffness: the function must take an array of arc lengths and return as many numbers: {problem}"
+                f"stiffness: the function must return a number for each of an array of arc lengths: {problem}"
             ) from None
         where = "s = {:.6g}".format
     else:
@@ -64,8 +64,8 @@ def parse_profile(stiffness, links):
             raise ValueError(f"stiffness = {stiffness!r}; give positive numbers or a function of s") from None
         if values.ndim != 1 or not 1 <= values.size <= links + 1:
             raise ValueError(
-                f"stiffness has the shape {values.shape}; give a list of 1 to links + 1 = {links + 1} numbers at "
-                f"equidistant arc lengths, or at least {max(values.size - 1, 4)} links"
+                f"stiffness has the shape {values.shape}; give 1 to links + 1 = {links + 1} numbers at "
+                f"equidistant arc lengths, or use links = {max(values.size - 1, 4)}"
             )
         profile = Profile(tuple(values.tolist()))
         s = np.linspace(0, 1, values.size)

@@ -57,8 +57,9 @@ def outline(state):
 def clearance(state):
     """H − max |y| over the interior extrema that are not contacts, H where there are none.
 
-    They lie where angles change sign within a segment; the angle is linear between the middles of links. Where
-    a line begins, and at a clamp that rests, angles are zero to within O(h²) and may have either sign.
+    They lie where angles change sign within a segment; the angle is linear between the middles of links.
+    Where a line begins, and at a clamp that rests, angles are zero to within O(h²) and may have either
+    sign.
     """
     chain, theta = state.pieces.chain, state.theta
     if state.pattern.line:
@@ -76,7 +77,7 @@ def clearance(state):
 
 
 def curvature(state, published):
-    """|θ'| where θ = 0: at the first contact, at a clamp of a free strip, or where it is steepest to cross."""
+    """|θ'| where θ = 0: at the first contact; of a free strip at a clamp or the first crossing."""
     pieces, theta, strip = state.pieces, state.theta, state.strip
     if state.pattern.line or not theta.any():
         return 0.0

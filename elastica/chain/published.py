@@ -1,31 +1,32 @@
-"""The published setting: whole links lie on the wall, end links are frozen, the energy method shifts the contact.
+"""The published setting: whole links on the wall, frozen end links, an energy method that shifts the contact.
 
         clamp                 wall
         ====o    ______o=============o______    o====       == links that are not free, θ = 0
             \\__/     h |  on the wall | h   \\__/
                        |<-- from the wall's begin to its end -->|
 
-Equilibrium: links between the frozen ones are free, each with its own angle, and rise by ±H on either side. The springs
-stand between the middles of neighbours, k_i = EI_i/h, also where one of the two is frozen; a spring end
-holds its link directly. All of it is of first order in h: the clamp acts half a link too far inside, the contact is a link long and
-is found to a link.
+Equilibrium: links between the frozen ones are free, each with its own angle, and rise by ±H on either side.
+The springs stand between the middles of neighbours, k_i = EI_i/h, also where one of the two is frozen; a
+spring end holds its link directly. All of it is of first order in h: the clamp acts half a link too far
+inside, the contact is a link long and is found to a link.
 
-Energy method with element splitting: let the contact shift by δ along the strip. The wall's link is split there;
-the part that leaves the wall goes to the neighbour on the left, which grows to h + δ, and as much of the neighbour on
-the right joins the wall, h − δ. Both springs of a neighbour span the way between middles, k = EI/(h ± δ/2), so that a
-shift at constant curvature costs no bending. The Lagrangian then has besides the chain's Hessian
+Energy method with element splitting: let the contact shift by δ along the strip. The wall's link is split
+there; the part that leaves the wall goes to the neighbour on the left, which grows to h + δ, and as much of
+the neighbour on the right joins the wall, h − δ. Both springs of a neighbour span the way between middles,
+k = EI/(h ± δ/2), so that a shift at constant curvature costs no bending. The Lagrangian then has besides
+the chain's Hessian
 
     ∂²/∂δ²      Σ_sides Σ_springs k (Δθ)²/4h²
     ∂²/∂δ∂θ     ∓ k Δθ/2h at the ends of each spring, ∓ (p sin θ − λ cos θ) at the neighbour,
     ∂/∂δ        ± sin θ in the height of each side.
 
-The first derivatives by δ of both sides cancel only if the shape is symmetric and its sides shift alike: one δ serves both,
-and the state is taken to be stationary. That restriction is the publication's. It assumes one contact, and that it
-is far from becoming a line: the springs see a shift only where κ is well above λh, the change of curvature over a
-link. Below, the form has large negative eigenvalues that mean nothing (−1e3 at P = 3.9, H = 0.1, 100 links), so
-that the ends of a line, κ = 0, are held instead. (With k = EI/(h ± δ) on the free side only, an equally plausible
-reading, it converges to the conventional result.) δ has no mass. The conventional method holds the middle of the
-contact instead and lets its link turn.
+The first derivatives by δ of both sides cancel only if the shape is symmetric and its sides shift alike:
+one δ serves both, and the state is taken to be stationary. That restriction is the publication's. It
+assumes one contact, and that it is far from becoming a line: the springs see a shift only where κ is well
+above λh, the change of curvature over a link. Below, the form has large negative eigenvalues that mean
+nothing (−1e3 at P = 3.9, H = 0.1, 100 links), so that the ends of a line, κ = 0, are held instead. (With k
+= EI/(h ± δ) on the free side only, an equally plausible reading, it converges to the conventional result.)
+δ has no mass. The conventional method holds the middle of the contact instead and lets its link turn.
 """
 
 from typing import NamedTuple
@@ -148,7 +149,7 @@ def published_variation(state, contacts_move=True, fixed_shortening=False):
 
 
 def _shift(state):
-    """Second derivatives by the contact's shift: with θ (n,), with itself, and slopes of heights and shortening."""
+    """Second derivatives by the contact's shift, mixed (n,) and pure; slopes of heights and shortening."""
     chain, theta = state.pieces.chain, state.theta
     h = state.strip.h
     mixed, rises = np.zeros(theta.size), np.zeros(state.lam.size)
@@ -170,7 +171,7 @@ def _with_contact_link(state, diagonal, off, heights, shorter, fixed_shortening)
     """The conventional method: the middle of the wall's link is held, the link may turn."""
     strip, pieces = state.strip, state.pieces
     place = int(pieces.first[1])
-    link = int(round(state.cuts[0] * strip.links))
+    link = round(float(state.cuts[0]) * strip.links)
     beside = strip.stiffness[link : link + 2] / strip.h
     diagonal = np.insert(diagonal, place, beside.sum() - strip.h * state.p)
     off = np.concatenate([off[: place - 1], -beside, off[place:]])

@@ -1,14 +1,14 @@
 """Whether a chain has enough links for its load, and what a solution of fewer links is worth.
 
-A chain of links h under a constant resultant F is the standard map θ_{i+1} − 2θ_i + θ_{i−1} = −Fh²/EI sin θ_i. Its
-small waves obey
+A chain of links h under a constant resultant F is the standard map θ_{i+1} − 2θ_i + θ_{i−1} = −Fh²/EI sin
+θ_i. Its small waves obey
 
     2 sin(ω h/2) = q h,        q = √(F/EI),        ω = q (1 + q²h²/24 + …),
 
-so that over the strip they run ahead by ∫ (ω − q) ds ≈ h²/24 ∫ q³ ds radians; beyond qh = 2 there are none, only zigzags.
-States with neighbouring mode numbers are π/2 apart in that phase for each half (symmetric) wave. A chain whose
-waves are off by as much as that may have another mode's equilibrium where the strip has this one's, and parasitic
-ones (the map is not integrable) between them. Off by a quarter of it is suspect.
+so that over the strip they run ahead by ∫ (ω − q) ds ≈ h²/24 ∫ q³ ds radians; beyond qh = 2 there are none,
+only zigzags. States with neighbouring mode numbers are π/2 apart in that phase for each half (symmetric)
+wave. A chain whose waves are off by as much as that may have another mode's equilibrium where the strip has
+this one's, and parasitic ones (the map is not integrable) between them. Off by a quarter of it is suspect.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
-"""The energy method with element splitting, of second order: what it costs to rotate the links of a cut chain.
+"""The energy method with element splitting, of second order: what rotations of a cut chain cost.
 
-Rotate the pieces by φ. At a contact (drawing in `splitting`) the link without length that lies on the wall turns by
-φ_c, and the place where the strip lies on the wall moves to where its angle vanishes again, δ = −φ_c/κ_c;
-beyond first order the height there changes by φ_c²/2|κ_c|, and the reaction R works on it. With the two half-link springs
-that join it to its neighbours, the contact adds
+Rotate the pieces by φ. At a contact (drawing in `splitting`) the link without length that lies on the wall
+turns by φ_c, and the place where the strip lies on the wall moves to where its angle vanishes again, δ =
+−φ_c/κ_c; beyond first order the height there changes by φ_c²/2|κ_c|, and the reaction R works on it. With
+the two half-link springs that join it to its neighbours, the contact adds
 
     Q_c = (φ_c − φ_l)²/a_l + (φ_r − φ_c)²/a_r + g φ_c²,     g = R/|κ_c|,     κ_c = (θ_r − θ_l)/(a_l + a_r)/EI.
 
@@ -12,13 +12,13 @@ that join it to its neighbours, the contact adds
     Q_c = (φ_r − φ_l)²/(a_l + a_r) + g φ̄²/(1 + g a_l a_r/(a_l + a_r)),
 
 the spring that the chain has there anyway and a correction of rank one, regular for ξ = 0 and 1. Heights of
-contacts are kept to first order, Σ l cos θ φ = 0 in each segment; at prescribed shortening Σ l sin θ φ = 0 too. With
-g = 0 it is the conventional method: the contact held at its material point, its slope free.
+contacts are kept to first order, Σ l cos θ φ = 0 in each segment; at prescribed shortening Σ l sin θ φ = 0
+too. With g = 0 it is the conventional method: the contact held at its material point, its slope free.
 
 Where a line begins and ends φ = 0: the pieces beside it are held by their own half, as at a clamp.
 
-It assumes contacts that roll without friction and stay contacts (R > 0), walls that do not yield, and κ_c ≠ 0.
-Eigenvalues are those of Q with weight Σ l φ², EI = L = 1: 4π² (Hessian of the dimensionless energy)/h.
+It assumes contacts that roll without friction and stay contacts (R > 0), walls that do not yield, and κ_c ≠
+0. Eigenvalues are those of Q with weight Σ l φ², EI = L = 1: 4π² (Hessian of the dimensionless energy)/h.
 """
 
 import numpy as np
@@ -26,7 +26,7 @@ import numpy as np
 from elastica.chain.bordered import Bordered
 
 STIFFEST_HOLD = 1e8
-"""A piece beside a line that has (almost) no length is held by at most so many times the spring of a whole link."""
+"""Hold of a piece (almost) without length beside a line, in units of the spring of a link."""
 
 
 def second_variation(state, contacts_move=True, fixed_shortening=False):
@@ -58,7 +58,7 @@ def second_variation(state, contacts_move=True, fixed_shortening=False):
 
 
 def floor(state):
-    """A number below all eigenvalues of the chain without borders: minus the largest load p cos θ + λ sin θ."""
+    """A number below all eigenvalues of T: minus the largest load p cos θ + λ sin θ, and some more."""
     chain = state.pieces.chain
     forces = state.p * np.cos(state.theta) + state.lam[chain.segment] * np.sin(state.theta)
     return -1.05 * max(float(forces.max()), 0.0) - 1.0

@@ -2,38 +2,34 @@
 
 import warnings
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
 from elastica.chain import spectrum
-from elastica.chain.equilibrium import Equilibrium, NoEquilibrium
+from elastica.chain.model import Model
 from elastica.chain.profile import parse_profile
-from elastica.chain.properties import contacts_hold, outline, properties
-from elastica.chain.published import published_equilibrium
-from elastica.chain.resolution import LOST, SUSPECT, lag, links_for
-from elastica.chain.splitting import FEWEST_LINKS, Pattern, split, strip_of
-from elastica.chain.start import Target, continued, exact_start, exists, mean_stiffness, pattern_of
-from elastica.chain.verdict import judge
+from elastica.chain.properties import outline
+from elastica.chain.resolution import SUSPECT, lag, links_for
+from elastica.chain.splitting import FEWEST_LINKS
 from elastica.codes import Status
 from elastica.ends import parse_ends
-from elastica.scales import FOUR_PI_SQUARED
 from elastica.shapes import Shape
 from elastica.solution import Solution, blank, broadcast, prescribed, unusable
-from elastica.solution import solve as solve_exact
 from elastica.spectrum import Conventional
 from elastica.states import parse_state
 
 CLAMPS = ("consistent", "published")
+BASES = (1.0, 0.5, 2.0, 0.25, 4.0)
+"""Stiffness of the uniform strips to start from, in units of that of the same mean compliance."""
 
 
 @dataclass(frozen=True, eq=False)
 class ChainSolution(Solution):
     """A state of a chain of links; attributes as those of the exact `Solution`, with these differences.
 
-    `curvature` is that at the first contact (of a strip that is not uniform, contacts may differ). `error` is the
-    difference from the exact state where the strip is uniform, otherwise that from a chain of half as many links, in the
-    same norm. `lam` and `periods` are as for the exact state.
+    `curvature` is that at the first contact (of a strip that is not uniform, contacts may differ). `error`
+    is the difference from the exact state where the strip is uniform, otherwise that from a chain of half
+    as many links, in the same norm. `lam` and `periods` are as for the exact state.
 
     Attributes
     ----------
@@ -70,7 +66,7 @@ class ChainSolution(Solution):
         return Conventional(values.reshape(*shape, count), index.reshape(shape), stable.reshape(shape))
 
     def shape(self, samples):
-        """Points of the polygon at `samples` equidistant arc lengths, angles linear between; see `Solution`."""
+        """Points of the polygon at equidistant arc lengths, angles linear between; see `Solution`."""
         if not isinstance(samples, (int, np.integer)) or samples < 2:
             raise ValueError(f"samples = {samples!r}; ask for at least two points along the strip")
         s = np.linspace(0, 1, samples)
@@ -124,7 +120,9 @@ def solve(
     Parameters
     ----------
     state, P, H, ends, shortening
-        As for `elastica.solve`; P and energies in units of the EI of which `stiffness` is a multiple.
+        As for `elastica.solve`; P and energies in units of the EI of which `stiffness` is a multiple. Names are
+        those of a uniform strip: where like ends make a word and its reversal one name ("Ua" and "aU"), reverse
+        the stiffness to get the other.
     links : int
         Number of links, at least 4 for each free segment.
     clamp : str
@@ -150,39 +148,36 @@ def solve(
     state = parse_state(state, ends)
     check_links(state, links, clamp)
     profile = parse_profile(stiffness, links)
+    if state.line and len(state.word) > 1 and not profile.uniform:
+        raise ValueError(
+            f"state = {state.name!r}: between two lines a segment of a non-uniform strip cannot slide, "
+            "and its place is not searched for; use one line, points, or a uniform stiffness"
+        )
     control, values = prescribed(P, shortening)
     given, H, shape = broadcast(**{control: values, "H": H})
     reasons = unusable(control, given, H)
     model = Model(state, ends, control, links, clamp, profile)
     arrays, chains = blank(state, given.size), {}
-    coarse = []
-    with np.errstate(all="ignore"):
-        exact = model.exact(given, H)
-        turns = None if state.straight else exact.shape(2 * links + 1).theta.reshape(given.size, -1)[:, 1::2]
-        for point in np.flatnonzero([point not in reasons for point in range(given.size)]):
-            if not exists(exact, point):
-                arrays["status"][point], why = model.missing(exact, point)
-                reasons |= {int(point): why} if why else {}
-                continue
-            try:
-                found = model.at(exact, point, None if turns is None else turns[point])
-            except NoEquilibrium as problem:
-                reasons[int(point)] = str(problem)
-                continue
-            if found is None:
-                arrays["status"][point] = Status.NO_EQUILIBRIUM
-                continue
-            chains[int(point)] = found.state
-            for name, value in found.values.items():
+    left = np.setdiff1d(np.arange(given.size), list(reasons))
+    for base in (1.0,) if profile.uniform else BASES:
+        with np.errstate(all="ignore"):
+            exact = model.exact(given[left], H[left], base)
+            outcomes = [model.outcome(exact, at, base) for at in range(left.size)]
+        for point, outcome in zip(left.tolist(), outcomes, strict=True):
+            if outcome.chain:
+                chains[point] = outcome.chain
+                reasons.pop(point, None)
+            elif outcome.reason:
+                reasons.setdefault(point, outcome.reason)
+            for name, value in outcome.values.items():
                 arrays[name][point] = value
-            if found.lag > SUSPECT:
-                coarse.append(found.state)
+        left = left[arrays["status"][left] == Status.FAILED]
     arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
+    coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
-        wanted = max(links_for(chain, SUSPECT) for chain in coarse)
         warnings.warn(
-            f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may have no counterpart "
-            f"in the strip; use links = {wanted}",
+            f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may have "
+            f"no counterpart in the strip; use links = {max(coarse)}",
             stacklevel=3,
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
@@ -204,134 +199,6 @@ def check_links(state, links, clamp):
         )
     if clamp == "published" and len(state.word) > 1:
         raise ValueError(
-            f"clamp = 'published' shifts a single contact and {state.name!r} has {len(state.word)}; use clamp = 'consistent'"
-        )
-
-
-class Found(NamedTuple):
-    """A chain in equilibrium, the values of its arrays, and how far its waves lag behind the strip's."""
-
-    state: Equilibrium
-    values: dict
-    lag: float
-
-
-class Model(NamedTuple):
-    """What all points of a solution share."""
-
-    state: object
-    ends: object
-    control: str
-    links: int
-    clamp: str
-    profile: object
-
-    @property
-    def published(self):
-        """Whether this is the published setting."""
-        return self.clamp == "published"
-
-    @property
-    def base(self):
-        """The uniform strip that the exact state belongs to."""
-        if self.profile.uniform:
-            return strip_of(self.links, self.profile, self.ends)
-        return mean_stiffness(self.links, self.profile, self.ends)
-
-    def exact(self, given, H):
-        """The exact state of the uniform strip."""
-        if self.control == "P":
-            given = given / self.base.stiffness[0]
-        soft = self.ends._replace(
-            **{
-                side: end._replace(k=end.k / self.base.stiffness[0])
-                for side, end in self.ends._asdict().items()
-            }
-        )
-        return solve_exact(self.state.name, **{self.control: given}, H=H, ends=soft)
-
-    def missing(self, exact, point):
-        """Status and reason of a point where the uniform strip has no such state."""
-        status = Status(int(exact.status.ravel()[point]))
-        if status == Status.NO_EQUILIBRIUM and not self.profile.uniform:
-            stiffness = self.base.stiffness[0]
-            return Status.FAILED, f"a uniform strip of EI = {stiffness:.4g} has no such state to start from"
-        return status, exact.reasons.get(int(point))
-
-    def at(self, exact, point, turns):
-        """The chain at one point; None where it has lost its contact.
-
-        Raises
-        ------
-        NoEquilibrium
-        """
-        H = float(exact.H.ravel()[point])
-        p = FOUR_PI_SQUARED * float(exact.P.ravel()[point]) * self.base.stiffness[0]
-        shortening = float(exact.shortening.ravel()[point]) if self.control == "shortening" else None
-        target = Target(H, p if shortening is None else None, shortening)
-        chain = self._chain(exact, point, turns, target, p)
-        behind = lag(chain)
-        if behind > LOST:
-            raise NoEquilibrium(
-                f"waves of {self.links} links lag {behind:.2g} rad behind those of the strip, so that a solution may be "
-                f"another state's or nobody's; use links = {links_for(chain, SUSPECT)}"
-            )
-        if not contacts_hold(chain, self.published):
-            return None
-        rising = np.ones(1) if self.state.straight else self._rising(exact)
-        periods = exact.periods.reshape(exact.status.size, -1)[point]
-        values = properties(chain, rising, self.published, periods)
-        if values["status"] == Status.SOLVED:
-            fixed = shortening is not None and not self.state.straight
-            found = judge(chain, self.published, fixed)
-            values |= {name: getattr(found, name) for name in found._fields}
-        values["error"] = self._error(values, exact, point, chain, target)
-        return Found(chain, values, behind)
-
-    def _rising(self, exact):
-        """Signs of λ in each segment's rising convention."""
-        walls = pattern_of(self.state, self.ends).walls
-        sides = np.array([*walls, walls[-1]] if walls else [1])
-        return np.where(self.state.reversed_segments(exact.ends), -sides, sides)
-
-    def _chain(self, exact, point, turns, target, p):
-        """The equilibrium of the chain."""
-        base = self.base
-        if self.state.straight:
-            strip = strip_of(self.links, self.profile, self.ends)
-            pieces = split(strip, Pattern(()), np.zeros(0))
-            zero = np.zeros(self.links)
-            chain = Equilibrium(strip, Pattern(()), target.H, p, pieces, zero, np.zeros(1), np.zeros(0))
-        else:
-            start = exact_start(exact, point, base, turns, self._rising(exact))
-            if self.profile.uniform:
-                chain = target.solve(base, start.pattern, start)
-            else:
-                chain = continued(self.links, self.profile, self.ends, start, target)
-        if not self.published:
-            return chain
-        return published_equilibrium(chain, target.shortening)
-
-    def _error(self, values, exact, point, chain, target):
-        """Difference from the exact state, or from a chain of half as many links."""
-        if self.state.straight:
-            return 0.0
-        if self.profile.uniform:
-            scale = self.base.stiffness[0]
-            other = {
-                "curvature": float(exact.curvature.ravel()[point]),
-                "lengths": exact.lengths.reshape(exact.status.size, -1)[point],
-                "energy": float(exact.energy.ravel()[point]) * scale,
-            }
-        else:
-            strip = strip_of(self.links // 2, self.profile, self.ends)
-            try:
-                half = target.solve(strip, chain.pattern, chain)
-            except NoEquilibrium:
-                return np.inf
-            other = properties(half, np.ones(half.lam.size), False, np.zeros(half.lam.size))
-        return max(
-            abs(values["curvature"] - other["curvature"]) / np.sqrt(max(chain.p, 1e-6)),
-            float(np.abs(values["lengths"] - other["lengths"]).max()),
-            abs(values["energy"] / other["energy"] - 1) if other["energy"] else 0.0,
+            f"clamp = 'published' shifts a single contact and {state.name!r} has {len(state.word)}; "
+            "use clamp = 'consistent'"
         )

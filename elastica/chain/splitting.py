@@ -1,4 +1,4 @@
-"""Links cut where the strip touches a wall: from contact positions to a chain, and how the chain follows them.
+"""Links cut where the strip touches a wall: the chain that follows, and the conditions that find the cuts.
 
 A contact at arc length s_c in link j divides it into two, ξ = N s_c − j:
 
@@ -6,18 +6,18 @@ A contact at arc length s_c in link j divides it into two, ξ = N s_c − j:
          o-----------o======C=====o----------------o          C lies on the wall, θ_c = 0
         node j   θ_l        |       θ_r         node j + 1
 
-Joints are as soft as the strip between the middles of their links: link i contributes the compliance
-a_i = l_i/2EI_i to each of its joints, a_l = ξh/2EI and a_r = (1 − ξ)h/2EI at C. So ξ = 0 and ξ = 1 are ordinary: one
-piece has no length and no compliance, the contact is a joint, and everything is continuous where the
-contact passes from one link to the next. C has an angle of its own, a link without length:
-a_r (θ_c − θ_l) = a_l (θ_r − θ_c). That it lies on the wall,
+Joints are as soft as the strip between the middles of their links: link i contributes the compliance a_i =
+l_i/2EI_i to each of its joints, a_l = ξh/2EI and a_r = (1 − ξ)h/2EI at C. So ξ = 0 and ξ = 1 are ordinary:
+one piece has no length and no compliance, the contact is a joint, and everything is continuous where the
+contact passes from one link to the next. C has an angle of its own, a link without length: a_r (θ_c − θ_l)
+= a_l (θ_r − θ_c). That it lies on the wall,
 
     θ_c = (a_r θ_l + a_l θ_r)/(a_l + a_r) = 0,        (point)
 
 is the condition for s_c. Making s_c an unknown of the potential instead finds a maximum in s_c.
 
-A line begins where θ = 0 and the moment is zero too. Its part of the link is left out with all that lies flat; the
-piece before it has no spring at its end, which is the zero moment, and
+A line begins where θ = 0 and the moment is zero too. Its part of the link is left out with all that lies
+flat; the piece before it has no spring at its end, which is the zero moment, and
 
     θ_l = 0        (line; at its other end θ_r = 0)
 
@@ -26,14 +26,15 @@ O(h²). Moments are sums of loads by the midpoint rule, of second order everywhe
 
 In a uniform strip a segment between two lines may slide at no cost, and one between a clamp and a line at
 none to second order: θ = 0 and no moment at one end imply the same at the other. Asking for both would
-leave a chain, which only nearly has this freedom, without a solution. So the clamp rests (no moment there either), the mean
-of the conditions at both ends,
+leave a chain, which only nearly has this freedom, without a solution. So the clamp rests (no moment there
+either), the mean of the conditions at both ends,
 
     (θ_first + θ_last)/2 = 0,        (full period)
 
 finds the length, and between two lines the segment stays centred where it started.
 
-Ends (`clamp = "consistent"`): a clamp is a_0 away from the first link's angle, a spring c in series with that.
+Ends (`clamp = "consistent"`): a clamp is a_0 away from the first link's angle, a spring c in series with
+that.
 """
 
 from typing import NamedTuple
@@ -48,7 +49,7 @@ FEWEST_LINKS = 4
 
 
 class Strip(NamedTuple):
-    """A strip of `links` equal links: their stiffness EI (links,), the profile it is taken from, and its ends."""
+    """A strip of equal links: their number, their stiffness EI (links,), its profile and its ends."""
 
     links: int
     stiffness: np.ndarray
@@ -182,7 +183,6 @@ def growth_of_gradient(strip, pieces, piece, theta, p, lam):
     chain, n = pieces.chain, theta.size
     softening = 1 / (2 * strip.stiffness[pieces.link[piece]])
     rows = slice(max(piece - 1, 0), min(piece + 2, n))
-    values = np.zeros(n if n < 3 else 3)
     own = piece - rows.start
     values = np.zeros(rows.stop - rows.start)
     values[own] -= p * np.sin(theta[piece]) - lam[chain.segment[piece]] * np.cos(theta[piece])
@@ -196,7 +196,7 @@ def growth_of_gradient(strip, pieces, piece, theta, p, lam):
 
 
 class Conditions(NamedTuple):
-    """The conditions that find the cuts: their values (q,), and derivatives by θ (q, n) and by the cuts (q, q)."""
+    """The conditions that find the cuts: values (q,), derivatives by θ (q, n) and by the cuts (q, q)."""
 
     values: np.ndarray
     by_theta: np.ndarray

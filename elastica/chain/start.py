@@ -2,6 +2,15 @@
 
 A strip with the profile EI(s) is reached through EI₀^(1−t) EI(s)^t, t from 0 to 1, EI₀ the stiffness with
 the same mean compliance. A uniform strip of stiffness EI₀ under the thrust p is the exact one under p/EI₀.
+
+A line next to a clamp is a singular place to start from. In a strip that is not uniform
+
+    ½ M²/EI − p cos θ − λ sin θ     changes along the strip by     −½ ∫ κ² EI' ds,
+
+so with θ = M = 0 where the line begins the clamp carries M₀² = EI ∫ κ² EI' ds from clamp to line. Where
+that is negative (strips that are stiffer near the clamp) there is no such state: the contact stays a point.
+Otherwise M₀ grows like √t, as if the shape had slid into the clamp by M₀/λ, and that is where the first
+step starts.
 """
 
 from typing import NamedTuple
@@ -10,9 +19,8 @@ import numpy as np
 
 from elastica.chain.equilibrium import Equilibrium, NoEquilibrium, equilibrium
 from elastica.chain.splitting import Pattern, split, strip_of
-from elastica.codes import Status
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.shapes import WALL
+from elastica.shapes import WALL, angles
 
 SMALLEST_STEP = 1 / 512
 FIRST_STEP = 1 / 4
@@ -24,7 +32,7 @@ def pattern_of(state, ends, uniform=True):
     return Pattern(tuple(WALL[letter] for letter in state.word), state.line, resting)
 
 
-def exact_start(exact, point, strip, theta, rising):
+def exact_start(exact, point, strip, rising):
     """An exact state in the unknowns of a chain.
 
     Parameters
@@ -32,11 +40,9 @@ def exact_start(exact, point, strip, theta, rising):
     exact : Solution
         Not the straight strip.
     point : int
-        Flat index of a point where the state exists.
+        A point of a flat solution where the state exists.
     strip : Strip
         Uniform.
-    theta : ndarray, shape (links,)
-        Exact angles at the middles of the links.
     rising : ndarray, shape (segments,)
         1 or −1: sign of λ in the rising convention of each segment.
 
@@ -47,17 +53,15 @@ def exact_start(exact, point, strip, theta, rising):
     """
     stiffness = float(strip.stiffness[0])
     pattern = pattern_of(exact.state, strip.ends)
-    contacts = len(pattern.walls)
-    position = exact.contact_position.reshape(exact.status.size, contacts)[point]
-    lam = exact.lam.reshape(exact.status.size, -1)[point] * stiffness
-    cuts = position
+    cuts = position = exact.contact_position[point]
     if pattern.line:
-        flat = exact.flat_length.ravel()[point] / contacts
+        flat = exact.flat_length[point] / position.size
         cuts = np.column_stack([position, position + flat]).ravel()
     uncut = split(strip, Pattern(()), np.zeros(0))
-    p = FOUR_PI_SQUARED * exact.P.ravel()[point] * stiffness
-    H = float(exact.H.ravel()[point])
-    return Equilibrium(strip, pattern, H, p, uncut, theta, rising * lam, cuts)
+    theta = angles(exact, point, uncut.middles)
+    p = FOUR_PI_SQUARED * float(exact.P[point]) * stiffness
+    lam = rising * exact.lam[point] * stiffness
+    return Equilibrium(strip, pattern, float(exact.H[point]), p, uncut, theta, lam, cuts)
 
 
 class Target(NamedTuple):
@@ -96,45 +100,55 @@ def continued(links, profile, ends, start, target):
     whole = strip_of(links, profile, ends)
     base = float(start.strip.stiffness[0])
     state = target.solve(start.strip, start.pattern, start)
+    pattern = start.pattern._replace(resting=(False, False))
     t, step = 0.0, FIRST_STEP
     while t < 1:
         ahead = min(1.0, t + step)
         stiffness = base ** (1 - ahead) * whole.stiffness**ahead
         strip = whole if ahead == 1 else whole._replace(stiffness=stiffness)
         try:
-            found = target.solve(strip, start.pattern, state)
-            if not _follows(state, found, ahead - t):
+            found = target.solve(strip, pattern, _slid(state, strip))
+            if not follows(state, found):
                 raise NoEquilibrium("the state changes abruptly")
         except NoEquilibrium as problem:
             step /= 2
             if step < SMALLEST_STEP:
                 raise NoEquilibrium(
-                    f"the state of the uniform strip ends at {t:.1%} of the way to this stiffness profile: {problem}"
+                    f"the uniform strip's state ends at {t:.1%} of the way to this profile: {problem}"
                 ) from None
             continue
         state, t, step = found, ahead, 2 * step
     return state
 
 
+def _slid(state, strip):
+    """A state whose clamps rest, slid into them as far as their moments on the new strip ask for."""
+    theta, cuts = state.theta, state.cuts.copy()
+    middles = state.pieces.middles
+    kappa = np.gradient(theta, middles) if any(state.pattern.resting) else theta
+    for rests, segment, inwards, cut in zip(state.pattern.resting, (0, -1), (1, -1), (0, -1), strict=True):
+        if not rests:
+            continue
+        own = slice(state.pieces.first[segment], state.pieces.last[segment] + 1)
+        s = middles[own]
+        stiffness = strip.stiffness[state.pieces.link[own]]
+        gain = inwards * np.trapezoid(kappa[own] ** 2 * np.gradient(stiffness, s), s)
+        if gain <= 0:
+            raise NoEquilibrium("the strip is stiffer at a clamp than beside it, its contact stays a point")
+        slide = np.sqrt(stiffness[0 if inwards > 0 else -1] * gain) / abs(state.lam[segment])
+        theta = theta.copy()
+        theta[own] = np.interp(s + inwards * slide, s, theta[own])
+        cuts[cut] -= inwards * slide
+    return state._replace(theta=theta, cuts=cuts)
+
+
 LARGEST_CHANGE = 0.5
 """Part of the largest angle by which angles may change in one step of the continuation."""
+LARGEST_MOVE = 0.1
 
 
-def _follows(before, after, step):
+def follows(before, after):
     """Whether a state is the continuation of another and not a different one."""
     theta = np.interp(after.pieces.middles, before.pieces.middles, before.theta)
-    change = np.abs(after.theta - theta).max()
-    shift = np.abs(after.cuts - before.cuts).max(initial=0.0)
-    size = np.abs(before.theta).max()
-    return change <= LARGEST_CHANGE * size and shift <= 0.1
-
-
-def mean_stiffness(links, profile, ends):
-    """The uniform strip of the same mean compliance."""
-    strip = strip_of(links, profile, ends)
-    return strip._replace(stiffness=np.full(links, 1 / np.mean(1 / strip.stiffness)))
-
-
-def exists(exact, point):
-    """Whether an exact solution has its state at a point, admissible or not."""
-    return exact.status.ravel()[point] in (Status.SOLVED, Status.INADMISSIBLE)
+    moved = np.abs(after.cuts - before.cuts).max(initial=0.0)
+    return np.abs(after.theta - theta).max() <= LARGEST_CHANGE * np.abs(theta).max() and moved <= LARGEST_MOVE

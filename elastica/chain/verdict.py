@@ -1,15 +1,18 @@
 """Index, nullity and verdict of a chain, with what its links cannot tell set apart.
 
-An eigenvalue of the chain differs from that of the strip by about q⁴h²/12 for waves of q² = F, F = √(p² + λ²) (the first term that
-a second difference leaves out), in the published setting by a part √F h of F; rounding moves it by some
-ε N². Within this tolerance of zero a sign means nothing:
+An eigenvalue of the chain differs from that of the strip by about q⁴h²/12 for waves of q² = F, F = √(p² +
+λ²) (the first term that a second difference leaves out), in the published setting by a part √F h of F;
+rounding moves it by some ε N². Within this tolerance of zero a sign means nothing:
 
-* a line state has exact zeros, φ = θ' on each full period between a clamp or a line and a line. As many eigenvalues within
-  the tolerance are these; their sign in the chain is that of an O(h³) error. The verdict on them is that of the
-  strip: beside a clamp unstable at third order, between lines a neutral family. A strip that is not uniform has none.
+* a line state has exact zeros, φ = θ' on each full period between a clamp or a line and a line. As many
+eigenvalues within
+  the tolerance are these; their sign in the chain is that of an O(h³) error. The verdict on them is that of
+  the strip: beside a clamp unstable at third order, between lines a neutral family. A strip that is not
+  uniform has none.
 * any other eigenvalue in there is `critical`.
 
-A flat stretch buckles off the wall when the pooled flat links, clamped at both ends, have a negative direction.
+A flat stretch buckles off the wall when the pooled flat links, clamped at both ends, have a negative
+direction.
 """
 
 from typing import NamedTuple
@@ -26,7 +29,7 @@ ROUNDING_PER_LINK = 8 * np.finfo(float).eps
 FIRST_ORDER = 1 / 4
 """Part of √F h by which published eigenvalues are off, as seen at asymmetric states."""
 UNRESOLVED_CURVATURE = 2.0
-"""Of κ in units of λh: below, the neighbours of a contact in the published setting cannot tell a shift from a turn."""
+"""κ in units of λh below which published links cannot tell a shift of the contact from a turn."""
 SECOND_ORDER = 1 / 12
 
 
@@ -60,7 +63,8 @@ def judge(state, published=False, fixed_shortening=False):
     zeros, at_clamps = exact_zeros(state) if uniform else (0, 0)
     critical = nullity != zeros
     if state.pattern.line:
-        sure, possible = (count_below(_flat_links(state), bound) > 0 for bound in (-slack, slack))
+        flat = _flat_links(state)
+        sure, possible = (flat.mass.size > 2 and count_below(flat, bound) > 0 for bound in (-slack, slack))
         index += sure
         nullity += possible != sure
         critical |= possible != sure

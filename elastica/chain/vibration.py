@@ -1,13 +1,14 @@
 """Natural frequencies of a chain: its second variation weighed with the inertia of its links.
 
-    Q(φ) = ω² Σ (mass of a link) |velocity|²,      η = Σ l φ (−sin θ, cos θ) from end A on,      ρA = EI = L = 1
+    Q(φ) = ω² Σ mass × velocity²,      η = Σ l φ (−sin θ, cos θ) from end A on,      ρA = EI = L = 1
 
-A link of length l moves with η at its middle and turns by φ: l |η_m|² + l³φ²/12. Flat stretches move along with what lies to
-their left. With that mass MᵀM (M is a running sum, O(N) to apply) and G the inverse of the second variation on
-its constraints, the eigenvalues of M G Mᵀ are 1/ω²; the negative ones are as many as the index.
+A link of length l moves with η at its middle and turns by φ: l |η_m|² + l³φ²/12. Flat stretches move along
+with what lies to their left. With that mass MᵀM (M is a running sum, O(N) to apply) and G the inverse of
+the second variation on its constraints, the eigenvalues of M G Mᵀ are 1/ω²; the negative ones are as many
+as the index.
 
-It assumes what the energy method does: contacts roll and stay. The signs agree with it (Sylvester), the values are
-what an experiment measures.
+It assumes what the energy method does: contacts roll and stay. The signs agree with it (Sylvester), the
+values are what an experiment measures.
 """
 
 import numpy as np
