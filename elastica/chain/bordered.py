@@ -135,12 +135,9 @@ def inverse(form):
         From (n,) to (n,), symmetric: T⁻¹ + T⁻¹B S⁻¹ BᵀT⁻¹.
     """
     schur, influence = _schur(form)
-    factors = lapack.dgttrf(form.off, form.diagonal, form.off)
-    if factors[-1]:
-        raise np.linalg.LinAlgError("singular tridiagonal matrix")
 
     def apply(force):
-        free = lapack.dgttrs(*factors[:-1], force)[0]
+        free = solve_tridiagonal(form.diagonal, form.off, force)
         if not schur.size:
             return free
         return free + influence @ np.linalg.solve(schur, influence.T @ force)

@@ -1,11 +1,9 @@
 """A chain of rigid links and torsional springs: potential, gradient and Hessian for any lengths and springs.
 
-        θ_i measured from the x-axis              segment 0          segment 1
-                                                 (rises by d_0)     (rises by d_1)
-           hold                                    ___l_i____
-            |        l_1   ___o___                /  θ_i
-       A    @——————o——————/  k_1  \\—— ……     ——o/             ……      ——o—————@   B
-            :  θ_0    k_0
+        g_0         k_0         k_1         k_2                 k_i: spring between links i and i + 1
+      A @ ====l_0==== o ====l_1==== o ====l_2==== o  …  @ B     g_i: hold of link i to the direction θ = 0
+             θ_0           θ_1           θ_2                    l_i, θ_i: length, angle from the x-axis
+        |<------- segment 0: rises by d_0 ------->|<- segment 1 …
 
     V = ½ Σ k_i (θ_{i+1} − θ_i)² + ½ Σ g_i θ_i² − p Σ l_i (1 − cos θ_i)
     Σ l_i sin θ_i = d_j     over each segment j

@@ -1,9 +1,8 @@
 """The published setting: whole links on the wall, frozen end links, an energy method that shifts the contact.
 
-        clamp                 wall
-        ====o    ______o=============o______    o====       == links that are not free, θ = 0
-            \\__/     h |  on the wall | h   \\__/
-                       |<-- from the wall's begin to its end -->|
+           frozen       free          on the wall          free       frozen
+        A ===h=== o ---h--- o --- … o =====h===== o … --- o ---h--- o ===h=== B   ===: θ = 0
+                                    |begin     end|
 
 Equilibrium: links between the frozen ones are free, each with its own angle, and rise by ±H on either side.
 The springs stand between the middles of neighbours, k_i = EI_i/h, also where one of the two is frozen; a

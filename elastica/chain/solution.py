@@ -120,9 +120,9 @@ def solve(
     Parameters
     ----------
     state, P, H, ends, shortening
-        As for `elastica.solve`; P and energies in units of the EI of which `stiffness` is a multiple. Names are
-        those of a uniform strip: where like ends make a word and its reversal one name ("Ua" and "aU"), reverse
-        the stiffness to get the other.
+        As for `elastica.solve`; P and energies in units of the EI of which `stiffness` is a multiple.
+        Like ends make a word and its reversal one name ("Ua" and "aU"): to get the other one of a strip
+        that is not uniform, reverse the stiffness.
     links : int
         Number of links, at least 4 for each free segment.
     clamp : str
@@ -176,8 +176,8 @@ def solve(
     coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
         warnings.warn(
-            f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may have "
-            f"no counterpart in the strip; use links = {max(coarse)}",
+            f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may "
+            f"have no counterpart in the strip; use links = {max(coarse)}",
             stacklevel=3,
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}

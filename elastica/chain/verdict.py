@@ -103,7 +103,9 @@ def _resolved(state, published):
     if published:
         turn = min(abs(state.theta[place]) for place in (state.pieces.last[0], state.pieces.first[1]))
         return turn / h > UNRESOLVED_CURVATURE * np.abs(state.lam).max() * h
-    return np.abs(contact_curvatures(state)).min() > SECOND_ORDER * F**1.5 * h**2
+    return (
+        np.abs(contact_curvatures(state)).min() > SECOND_ORDER * np.abs(state.lam).max() * np.sqrt(F) * h**2
+    )
 
 
 def _flat_links(state):

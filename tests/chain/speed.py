@@ -1,0 +1,72 @@
+"""Run as a script: time per solve and per index against the number of links, beside the dense procedure."""
+
+import time
+
+import numpy as np
+
+import elastica
+from elastica.chain.bordered import lowest
+from elastica.chain.profile import Profile
+from elastica.chain.second_variation import floor, second_variation
+from elastica.chain.splitting import strip_of
+from elastica.chain.start import Target, exact_start
+from elastica.chain.verdict import judge
+from elastica.ends import parse_ends
+from elastica.scales import FOUR_PI_SQUARED
+
+P, H = 2.5, 0.1
+LINKS = (100, 200, 400, 800, 1000, 1600, 3200, 10_000, 31_623, 100_000)
+DENSE = (200, 800, 1600)
+NEWTON_STEPS = 4
+
+
+def best(action, repeats):
+    times = []
+    for _ in range(repeats):
+        begin = time.perf_counter()
+        action()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def dense_procedure(state):
+    """Seconds of Newton's steps with a full matrix, and of all eigenvalues on the constraints' null space."""
+    form = second_variation(state)
+    T = np.diag(form.diagonal) + np.diag(form.off, 1) + np.diag(form.off, -1)
+    K = np.block([[T, form.border], [form.border.T, form.corner]])
+
+    def index():
+        Z = np.linalg.qr(form.border, mode="complete")[0][:, form.constraints :]
+        np.linalg.eigvalsh(Z.T @ T @ Z)
+
+    return NEWTON_STEPS * best(lambda: np.linalg.solve(K, np.ones(K.shape[0])), 2), best(index, 2)
+
+
+def main():
+    exact = elastica.solve("U", P=[P], H=H)
+    rows = []
+    for n in LINKS:
+        strip = strip_of(n, Profile(), parse_ends("clamped-clamped"))
+        target = Target(H, FOUR_PI_SQUARED * P, None)
+        start = exact_start(exact, 0, strip, np.array([1, -1]))
+        state = target.solve(strip, start.pattern, start)
+        solving = best(lambda: target.solve(strip, start.pattern, start), 7)  # noqa: B023
+        judging = best(lambda: judge(state), 7)  # noqa: B023
+        spectrum = best(lambda: lowest(second_variation(state), floor(state), 3), 3)  # noqa: B023
+        rows.append((n, solving, judging, spectrum))
+        line = "{:7d} links: solve {:8.2f}  index {:7.2f}  3 eigenvalues {:8.2f}".format(
+            n, *np.multiply(1e3, rows[-1][1:])
+        )
+        if n in DENSE:
+            newton, index = dense_procedure(state)
+            ratio = (newton + index) / (solving + judging)
+            line += f"   dense {1e3 * newton:7.1f} + {1e3 * index:7.1f}: {ratio:.0f} times"
+        print(line, "ms", flush=True)
+    table = np.log(np.array(rows))
+    for name, column in zip(("solve", "index", "eigenvalues"), table.T[1:], strict=True):
+        print(f"slope of {name}: {np.polyfit(table[:, 0], column, 1)[0]:.2f}", end="  ")
+        print(f"from 1,000 links: {np.polyfit(table[4:, 0], column[4:], 1)[0]:.2f}")
+
+
+if __name__ == "__main__":
+    main()
