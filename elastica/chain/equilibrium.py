@@ -136,7 +136,7 @@ def _newton(state, centres, shortening):
         if fraction == 1.0 and size <= max(CONVERGED, rounding):
             return state
     raise NoEquilibrium(
-        "Newton's method does not settle; near a fold the chain may lose its state before the strip does"
+        "Newton's method does not settle; near a fold a chain of few links loses a state of the strip"
     )
 
 

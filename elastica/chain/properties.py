@@ -11,8 +11,8 @@ from elastica.chain.second_variation import contact_curvatures, reactions
 from elastica.codes import Status
 from elastica.scales import FOUR_PI_SQUARED
 
-TOUCHING = 1e-9
-"""Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
+TOUCHING = 1 / 12
+"""Relative slack, in units of Fh²/EI, for what is exactly zero in the strip: a reaction, a clearance."""
 
 RESTING_LINKS = 3
 """Links at the ends of a line's segments whose angles are too small to have a sign."""
@@ -129,7 +129,9 @@ def properties(state, flips, published, periods):
     gap = clearance(state)
     end_angles = outline(state).theta[[0, -1]]
     pull = state.p * np.abs(theta).max(initial=0.0) + np.abs(state.lam).max(initial=0.0)
-    fits = (pushes >= -TOUCHING * pull).all() and flat >= -TOUCHING * h and gap >= -TOUCHING * state.H
+    F = float(np.hypot(state.p, state.lam).max())
+    slack = 1e-9 + TOUCHING * F * h**2 / state.strip.stiffness.min()
+    fits = (pushes >= -slack * pull).all() and flat >= 0 and gap >= -slack * state.H
     bent = bool(theta.any())
     segments = contacts + 1 if bent else 0
     return {

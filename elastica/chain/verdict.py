@@ -68,8 +68,9 @@ def judge(state, published=False, fixed_shortening=False):
         index += sure
         nullity += possible != sure
         critical |= possible != sure
-    elif state.pattern.walls:
-        critical |= not _resolved(state, published)
+    elif state.pattern.walls and not _resolved(state, published):
+        # A contact about to become a line: negative eigenvalues may be artefacts too.
+        return Verdict(index, max(nullity, 1), Stability.CRITICAL)
     nullity = max(nullity, zeros + int(critical))
     code = verdict(np.array(index), critical, third_order=at_clamps > 0, family=zeros > at_clamps)
     return Verdict(index, nullity, Stability(int(code)))

@@ -97,11 +97,14 @@ def test_euler_loads_of_the_chain_are_those_of_the_theory(links, kind):
     assert load == pytest.approx((n / np.pi) ** 2 * np.sin(angle) ** 2, rel=1e-12)
 
 
-def test_natural_frequencies_are_of_second_order():
-    exact = elastica.solve("U", P=2.5, H=0.1).frequencies(3)
+@pytest.mark.parametrize(("name", "P", "ends"), [("U", 2.5, CC), ("U-", 2.0, PP), ("UD", 2.0, PP)])
+def test_natural_frequencies_are_of_second_order(name, P, ends):
+    exact = elastica.solve(name, P=P, H=0.1, ends=ends).frequencies(3)
     links = np.array([100, 200, 400, 800])
     found = [
-        np.abs(elastica.solve("U", P=2.5, H=0.1, method="chain", links=int(n)).frequencies(3) - exact)
+        np.abs(
+            elastica.solve(name, P=P, H=0.1, ends=ends, method="chain", links=int(n)).frequencies(3) - exact
+        )
         for n in links
     ]
     assert orders(np.array(found), links) == pytest.approx(2, abs=0.1)
