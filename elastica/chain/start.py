@@ -24,6 +24,10 @@ from elastica.shapes import WALL, angles
 
 SMALLEST_STEP = 1 / 512
 FIRST_STEP = 1 / 4
+LARGEST_CHANGE = 0.5
+"""Part of the largest angle by which angles may change in one step of the continuation."""
+LARGEST_MOVE = 0.1
+"""Arc length by which a contact may move."""
 
 
 def pattern_of(state, ends, uniform=True):
@@ -140,11 +144,6 @@ def _slid(state, strip):
         theta[own] = np.interp(s + inwards * slide, s, theta[own])
         cuts[cut] -= inwards * slide
     return state._replace(theta=theta, cuts=cuts)
-
-
-LARGEST_CHANGE = 0.5
-"""Part of the largest angle by which angles may change in one step of the continuation."""
-LARGEST_MOVE = 0.1
 
 
 def follows(before, after):

@@ -129,6 +129,16 @@ def test_words_with_many_contacts(name, P, H):
     assert chain.reaction == pytest.approx(exact.reaction, rel=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("name", "P", "H"), [("Ua", 3.0, 0.1), ("UU", 6.0, 0.1), ("B2", 2.1, 0.2), ("U-", 5.0, 0.1)]
+)
+def test_the_room_between_a_bump_and_the_wall(name, P, H):
+    exact = elastica.solve(name, P=P, H=H)
+    chain = elastica.solve(name, P=P, H=H, method="chain", links=400)
+    assert chain.clearance == pytest.approx(float(exact.clearance), rel=1e-3)
+    assert chain.max_slope == pytest.approx(float(exact.max_slope), rel=1e-3)
+
+
 def test_condensing_the_contacts_angle_changes_nothing(rng):
     state = elastica.solve("UDa", P=5.0, H=0.1, method="chain", links=40).chains[0]
     pieces, n = state.pieces, state.theta.size

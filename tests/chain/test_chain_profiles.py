@@ -177,6 +177,15 @@ def test_a_line_beside_a_clamp_is_stable_where_the_strip_is_softer_at_the_clamp(
     assert refused.status == elastica.Status.FAILED and "stiffer at a clamp" in refused.reasons[0]
 
 
+def test_the_lowest_eigenvalue_vanishes_where_the_state_does():
+    """Newton's method knows nothing of the second variation, but both are singular at a fold."""
+    P = np.array([6.4, 6.6, 6.75])
+    s = elastica.solve("U", P=[*P, 6.79], H=0.1, method="chain", links=800, stiffness=tapered)
+    assert s.status.tolist() == [0, 0, 0, elastica.Status.FAILED]
+    squares = s.eigenvalues(1)[:3, 0] ** 2
+    assert P[1] + (P[2] - P[1]) * squares[1] / (squares[1] - squares[2]) == pytest.approx(6.767, abs=0.01)
+
+
 def test_shortening_of_a_strip_that_is_not_uniform():
     pressed = elastica.solve("U", P=3.0, H=0.1, method="chain", links=200, stiffness=thick_inside)
     held = elastica.solve(
