@@ -24,17 +24,21 @@ def solved(state, P, H, ends):
 
 @given(CONTACT, LOADS, GAPS, ENDS)
 def test_energy_falls_with_load_by_the_shortening_and_with_gap_by_the_reaction(state, P, H, ends):
-    step = 1e-5
     at = solved(state, P, H, ends)
     # On a branch that is about to fold or to leave the point regime differences say nothing.
     assume(at.error < 1e-12)
-    load = solved(state, P * np.array([1 + step, 1 - step]), H, ends)
-    gap = solved(state, P, H * np.array([1 + step, 1 - step]), ends)
-    assume(np.abs(np.diff(load.curvature)) < 1e-2 * (1 + at.curvature))
-    slope_P = (load.energy[0] - load.energy[1]) / (2 * step * P)
-    slope_H = (gap.energy[0] - gap.energy[1]) / (2 * step * H)
-    assert slope_P == pytest.approx(-float(at.shortening), rel=1e-6, abs=1e-9)
-    assert slope_H == pytest.approx(-float(at.reaction.sum()), rel=1e-6, abs=1e-7)
+    steps = 1e-5 * np.array([1, -1, 0.5, -0.5])
+    load = solved(state, P * (1 + steps), H, ends)
+    gap = solved(state, P, H * (1 + steps), ends)
+    assume(np.abs(np.diff(load.curvature)).max() < 1e-2 * (1 + at.curvature))
+    assert slope(load.energy, steps * P) == pytest.approx(-float(at.shortening), rel=1e-6, abs=1e-9)
+    assert slope(gap.energy, steps * H) == pytest.approx(-float(at.reaction.sum()), rel=1e-6, abs=1e-7)
+
+
+def slope(values, steps):
+    """Derivative from values at ±h and ±h/2, without the error of second order."""
+    wide, narrow = (values[::2] - values[1::2]) / (steps[::2] - steps[1::2])
+    return (4 * narrow - wide) / 3
 
 
 @given(CONTACT, LOADS, GAPS)
