@@ -5,6 +5,7 @@ import math
 import os
 import signal
 import sys
+import warnings
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -172,15 +173,26 @@ def _mechanics():
 @click.option("--H", "H", type=float, required=True, help="Half gap H*/L.")
 @click.option("--eigenvalues", type=click.IntRange(min=0, max=100), default=4, show_default=True)
 @JSON
-def solve(state, ends, P, shortening, H, eigenvalues, as_json):
+@click.option("--method", type=click.Choice(["exact", "chain"]), default="exact", show_default=True)
+@click.option("--links", type=int, help="Links of the chain.  [default: 400]")
+@click.option("--clamp", type=click.Choice(["consistent", "published"]), help="Setting of the chain.")
+@click.option(
+    "--stiffness", metavar="EI,EI,…", help="Stiffness of the chain, equidistant along it, such as 1,0.5,1."
+)
+def solve(state, ends, P, shortening, H, eigenvalues, as_json, method, links, clamp, stiffness):
     """Solve one state at one point."""
     from elastica.codes import Stability, Status
     from elastica.solution import solve as solve_state
     from studies.errors import StudyError
 
     point = _point(P, shortening, H)
-    with _mechanics():
-        solution = solve_state(state, ends=ends, **point)
+    chain = {"links": links, "clamp": clamp, "stiffness": stiffness and stiffness.split(",")}
+    chain = {name: value for name, value in chain.items() if value is not None}
+    with _mechanics(), warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", UserWarning)
+        solution = solve_state(state, ends=ends, method=method, **chain, **point)
+    for doubt in doubts:
+        click.echo(f"Warning: {doubt.message}", err=True)
     if solution.reasons:
         raise StudyError(solution.reasons[0])
     fields = (

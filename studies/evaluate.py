@@ -5,6 +5,7 @@ states that are searched together until the guilty one does, which is recorded a
 Left out: files, processes, progress.
 """
 
+import warnings
 from dataclasses import fields
 from functools import partial
 from typing import NamedTuple
@@ -45,12 +46,13 @@ class Task(NamedTuple):
     """What is computed at every grid point.
 
     With `every_root`, all roots of the words among `names`, which are then those of first roots;
-    `outputs` are those of the study.
+    `outputs` and `method` are those of the study.
     """
 
     names: tuple[str, ...]
     every_root: bool
     outputs: object
+    method: object
 
     def in_order(self, found):
         """Names that label a dataset in which these were found: by name, then by root; never none."""
@@ -142,7 +144,7 @@ def solve_points(ends, H, control, given, task):
     # Threads of BLAS would compete with the other workers for the same cores.
     with threadpool_limits(limits=1):
         for solver, names in solvers:
-            compute = partial(solver, ends, H, control, given, task.outputs)
+            compute = partial(solver, ends, H, control, given, task)
             pieces += _survive(compute, names, H.size)
     exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
@@ -232,22 +234,30 @@ def _survive(compute, names, points):
         yield from pieces
 
 
-def _solve(ends, H, control, given, outputs, names, points):
+def _solve(ends, H, control, given, task, names, points):
     """Single states, one root each."""
     for name in names:
-        solution = solve(name, H=H[points], ends=ends, **{control: given[points]})
-        yield Piece(name, points, _values(solution, outputs), solution.reasons)
+        with warnings.catch_warnings():
+            # Points with too few links are seen by their `error`.
+            warnings.simplefilter("ignore", UserWarning)
+            solution = solve(
+                name, H=H[points], ends=ends, **{control: given[points]}, **task.method.arguments
+            )
+        yield Piece(name, points, _values(solution, task.outputs), solution.reasons)
 
 
-def _search(ends, H, control, given, outputs, names, points):
-    """Every root of words."""
-    found = search(names, parse_ends(ends), control, given[points], H[points])
-    for place, numbers, solution in found:
-        values = _values(solution, outputs)
+def _search(ends, H, control, given, task, names, points):
+    """Every root of words; of a chain those that the strip has."""
+    chain = task.method.method == "chain"
+    for place, numbers, solution in search(names, parse_ends(ends), control, given[points], H[points]):
+        values = None if chain else _values(solution, task.outputs)
         for number in np.unique(numbers):
             own = np.flatnonzero(numbers == number)
             name = solution.state.name + (f":{number}" if number > 1 else "")
-            yield Piece(name, points[place[own]], {key: value[own] for key, value in values.items()}, {})
+            if chain:
+                yield from _solve(ends, H, control, given, task, [name], points[place[own]])
+            else:
+                yield Piece(name, points[place[own]], {key: value[own] for key, value in values.items()}, {})
 
 
 def _values(solution, outputs):

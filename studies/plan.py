@@ -31,6 +31,8 @@ SPRINGS = 8.0
 """Factor of all this for segments at springs, whose lengths are integrated."""
 ROOTS = 4
 """More roots than words have on the average, and are solved somewhere, at the loads of usual studies."""
+SECONDS_PER_CHAIN = 5e-3
+"""One state of a chain, with its exact start."""
 SECONDS_PER_EIGENVALUES = 1.7e-3
 """Of one solved state; as many as there are words if every root is sought, else a third of those named."""
 SECONDS_PER_SAMPLE = 1e-6
@@ -159,6 +161,7 @@ def _costs(task, ends, control):
         SECONDS_PER_STATE * springs * (len(known) - len(swept))
         + SECONDS_PER_EIGENVALUES * ((outputs.eigenvalues > 0) + (outputs.frequencies > 0)) * solved
         + SECONDS_PER_SAMPLE * outputs.shapes * len(known)
+        + SECONDS_PER_CHAIN * (task.method.method == "chain") * solved
     )
     if control == "P":
         searching = springs * len(swept)

@@ -129,7 +129,8 @@ VARIABLES = {
         "f8",
         STATES,
         "bound of the relative rounding error",
-        comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|)",
+        comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|); of a chain the difference "
+        "from the exact state, or from a chain of half as many links",
     ),
     "stable_count": Variable("i2", GRID, "number of states with stability stable", 0),
     "preferred_state": Variable(

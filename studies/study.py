@@ -24,6 +24,8 @@ from pydantic import (
     model_validator,
 )
 
+from elastica.chain.profile import parse_profile
+from elastica.chain.solution import CLAMPS, LINKS, check_chain
 from elastica.ends import parse_ends
 from elastica.states import parse_state, states
 from studies.errors import StudyError
@@ -189,9 +191,41 @@ class States(_Table):
 
 
 class Solve(_Table):
-    """`[solve]`: how states are computed."""
+    """`[solve]`: how states are computed; `links`, `clamp` and `stiffness` are those of a chain."""
 
-    method: Literal["exact"] = "exact"
+    method: Literal["exact", "chain"] = "exact"
+    links: StrictInt | None = None
+    clamp: StrictStr | None = None
+    stiffness: tuple[float, ...] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _of_a_chain(cls, table):
+        if not isinstance(table, dict):
+            return table
+        if table.get("method") == "chain":
+            return {"links": LINKS, "clamp": CLAMPS[0]} | table
+        given = [name for name in ("links", "clamp", "stiffness") if name in table]
+        if given and table.get("method", "exact") == "exact":
+            raise ValueError(f'{", ".join(given)}: of a chain only; add method = "chain"')
+        return table
+
+    @model_validator(mode="after")
+    def _a_chain_that_can_be(self):
+        if self.method == "chain":
+            check_chain(parse_state("0", "clamped-clamped"), self.links, self.clamp, self.stiffness)
+        return self
+
+    @property
+    def arguments(self):
+        """Arguments of `elastica.solve`."""
+        return self.model_dump(exclude_none=True)
+
+    def check(self, name, ends):
+        """Raise ValueError if the method cannot solve a state."""
+        state = parse_state(name, ends)
+        if self.method == "chain":
+            check_chain(state, self.links, self.clamp, self.stiffness)
 
 
 class Outputs(_Table):
@@ -224,11 +258,26 @@ class Study(_Table):
             problems = []
             for ends in self.grid.ends:
                 try:
-                    parse_state(name, ends)
+                    self.solve.check(name, ends)
                 except ValueError as problem:
                     problems.append(str(problem))
             if len(problems) == len(self.grid.ends):
                 raise ValueError(f"states.names: {problems[0]}")
+        return self
+
+    @model_validator(mode="after")
+    def _a_catalogue_that_the_chain_can_solve(self):
+        contacts, solve = self.states.max_contacts, self.solve
+        if contacts is None or solve.method == "exact":
+            return self
+        if solve.stiffness and not parse_profile(solve.stiffness, solve.links).uniform:
+            raise ValueError(
+                "states.max_contacts lists the states of a uniform strip; name those of this one instead"
+            )
+        try:
+            solve.check("U" * max(contacts, 1), self.grid.ends[0])
+        except ValueError as problem:
+            raise ValueError(f"states.max_contacts: {problem}") from None
         return self
 
     @classmethod
@@ -274,7 +323,7 @@ class Study(_Table):
     @property
     def task(self):
         """What is computed at every grid point."""
-        return Task(self.state_names, self.states.names is None, self.outputs)
+        return Task(self.state_names, self.states.names is None, self.outputs, self.solve)
 
     @property
     def state_names(self):
@@ -303,7 +352,10 @@ class Study(_Table):
     @property
     def numerics_id(self):
         """Identity of the method; results that share it may be merged."""
-        numerics = {"solve": self.solve.model_dump(mode="json"), "version": NUMERICS_VERSION}
+        numerics = {
+            "solve": self.solve.model_dump(mode="json", exclude_none=True),
+            "version": NUMERICS_VERSION,
+        }
         return hashlib.sha256(json.dumps(numerics, sort_keys=True).encode()).hexdigest()[:32]
 
     @property

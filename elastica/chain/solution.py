@@ -19,6 +19,7 @@ from elastica.spectrum import Conventional
 from elastica.states import parse_state
 
 CLAMPS = ("consistent", "published")
+LINKS = 400
 BASES = (1.0, 0.5, 2.0, 0.25, 4.0)
 """Stiffness of the uniform strips to start from, in units of that of the same mean compliance."""
 
@@ -111,7 +112,7 @@ def solve(
     H=None,
     ends="clamped-clamped",
     shortening=None,
-    links=400,
+    links=LINKS,
     clamp="consistent",
     stiffness=None,
 ):
@@ -146,13 +147,7 @@ def solve(
     """
     ends = parse_ends(ends)
     state = parse_state(state, ends)
-    check_links(state, links, clamp)
-    profile = parse_profile(stiffness, links)
-    if state.line and len(state.word) > 1 and not profile.uniform:
-        raise ValueError(
-            f"state = {state.name!r}: between two lines a segment of a non-uniform strip cannot slide, "
-            "and its place is not searched for; use one line, points, or a uniform stiffness"
-        )
+    profile = check_chain(state, links, clamp, stiffness)
     control, values = prescribed(P, shortening)
     given, H, shape = broadcast(**{control: values, "H": H})
     reasons = unusable(control, given, H)
@@ -181,14 +176,28 @@ def solve(
             stacklevel=3,
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
-    return ChainSolution(
-        state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons, links=links, clamp=clamp,
-        stiffness=profile, chains=chains,
-    )  # fmt: skip
+    chain = {"links": links, "clamp": clamp, "stiffness": profile, "chains": chains}
+    return ChainSolution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons, **chain)
 
 
-def check_links(state, links, clamp):
-    """Raise ValueError unless this number of links and this setting can represent a state."""
+def check_chain(state, links, clamp, stiffness):
+    """Read a stiffness profile for chains that can represent a state.
+
+    Parameters
+    ----------
+    state : State
+    links, clamp, stiffness
+        As for `solve`.
+
+    Returns
+    -------
+    Profile
+
+    Raises
+    ------
+    ValueError
+        If they cannot; the message says what would.
+    """
     if clamp not in CLAMPS:
         raise ValueError(f"clamp = {clamp!r}; use one of {', '.join(CLAMPS)}")
     fewest = FEWEST_LINKS * (len(state.word) + 1)
@@ -202,3 +211,10 @@ def check_links(state, links, clamp):
             f"clamp = 'published' shifts a single contact and {state.name!r} has {len(state.word)}; "
             "use clamp = 'consistent'"
         )
+    profile = parse_profile(stiffness, links)
+    if state.line and len(state.word) > 1 and not profile.uniform:
+        raise ValueError(
+            f"state = {state.name!r}: between two lines a segment of a non-uniform strip cannot slide, "
+            "and its place is not searched for; use one line, points, or a uniform stiffness"
+        )
+    return profile
