@@ -119,6 +119,8 @@ class Solution:
     def conventional(self, count=1):
         """The verdict of the conventional energy method, which holds each contact at its material point.
 
+        It is the verdict at constant load, also where the shortening is prescribed.
+
         Returns
         -------
         Conventional

@@ -62,6 +62,9 @@ class ChainSolution(Solution):
         index = np.full(self.status.size, -1, np.int16)
         for point in self._solved():
             values[point], index[point] = spectrum.conventional(self.chains[point], self._published, count)
+        if self.state.line:
+            # A line may not move in any case, and its flat stretch buckles off the wall.
+            index = self.index.ravel()
         stable = np.where(index < 0, -1, index == 0).astype(np.int8)
         shape = self.status.shape
         return Conventional(values.reshape(*shape, count), index.reshape(shape), stable.reshape(shape))

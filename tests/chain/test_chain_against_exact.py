@@ -196,3 +196,12 @@ def test_a_solution_has_what_an_exact_one_has():
         ours, theirs = getattr(chain.shape(41), field), getattr(exact.shape(41), field)
         assert ours == pytest.approx(theirs, abs=2e-4, nan_ok=True)
     assert np.nanmax(chain.error) < 1e-3
+
+
+def test_a_flat_stretch_buckles_with_contacts_held_too():
+    P = np.array([2.0, 3.5, 3.95, 5.0])
+    exact = elastica.solve("U-", P=P, H=0.1, ends="pinned-pinned").conventional()
+    chain = elastica.solve("U-", P=P, H=0.1, ends="pinned-pinned", method="chain", links=200).conventional()
+    assert exact.stable.tolist() == [1, 1, 0, 0]
+    assert chain.stable.tolist() == exact.stable.tolist()
+    assert chain.index.tolist() == exact.index.tolist()
