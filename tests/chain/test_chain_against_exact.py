@@ -41,9 +41,12 @@ def test_index_and_verdict_agree_at_random_states(rng, full, control):
             # Beyond a fold that a chain of few links reaches before the strip does.
             chain = elastica.solve(exact.state.name, **place, method="chain", links=8 * LINKS)
         judged += 1
-        verdicts = [(int(s.index), int(s.nullity), int(s.stability)) for s in (chain, exact)]
         assert chain.status == Status.SOLVED, (exact.state.name, place, chain.reasons)
-        assert verdicts[0] == verdicts[1], (exact.state.name, place)
+        assert (chain.index, chain.stability) == (exact.index, exact.stability), (exact.state.name, place)
+        if chain.nullity != exact.nullity:
+            # An eigenvalue too small for a chain of that many links to tell from zero.
+            values = np.abs(exact.eigenvalues(int(exact.index) + 1))
+            assert values.min() < 1e-3 * values.max(), (exact.state.name, place)
         assert chain.energy == pytest.approx(exact.energy, rel=3e-3, abs=1e-6)
         assert chain.lam == pytest.approx(exact.lam, rel=5e-3, abs=1e-2)
     assert judged > 3
