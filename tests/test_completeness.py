@@ -140,17 +140,18 @@ def test_nothing_is_missed_and_nothing_invented(control, full, rng):
         if control in point:
             groups[ends_of(point), point["contacts"]].append(point)
     groups = sorted(groups.values(), key=len, reverse=True)
-    if not full:
-        # What costs is the number of different ends; at prescribed shortening, that of contacts.
+    # What costs is the number of different ends; at prescribed shortening, that of contacts.
+    if control == "shortening":
+        contacts = 2 if full else 1
+        groups = [[fewer_contacts(point, contacts) for point in points] for points in groups]
+        groups = groups if full else [groups[0][:3]]
+    elif not full:
         many = sum(len(points) > 4 for points in groups)
-        if control == "P":
-            chosen = [*range(many), *rng.choice(np.arange(many, len(groups)), 2, replace=False)]
-            groups = [
-                [points[i] for i in rng.permutation(len(points))[:6]]
-                for points in map(groups.__getitem__, chosen)
-            ]
-        else:
-            groups = [[fewer_contacts(point, 1) for point in groups[0][:3]]]
+        chosen = [*range(many), *rng.choice(np.arange(many, len(groups)), 2, replace=False)]
+        groups = [
+            [points[i] for i in rng.permutation(len(points))[:6]]
+            for points in map(groups.__getitem__, chosen)
+        ]
     wrong, ties, compared = [], 0, 0
     for points in groups:
         found = find(points)
