@@ -11,8 +11,8 @@ from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
 from studies.files import content_hash, identify, opened, read_labels
+from studies.reduction import potential, summarise
 from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
-from studies.shards import potential, summarise
 from studies.study import Outputs, Study
 
 SAMPLE, SAMPLE_GAPS = 200, 3

@@ -21,12 +21,14 @@ class Group(click.Group):
 
     def invoke(self, ctx):
         """Run a subcommand."""
-        from studies.errors import StudyError
+        from studies.errors import FailedPoints, StudyError
 
         try:
             return super().invoke(ctx)
         except BrokenPipeError:
             raise
+        except FailedPoints as problem:
+            raise _refused(problem, FAILED_POINTS) from None
         except StudyError as problem:
             raise _refused(problem) from None
         except OSError as problem:
@@ -34,9 +36,9 @@ class Group(click.Group):
             raise _refused(f"{where}{problem.strerror or problem}") from None
 
 
-def _refused(problem):
+def _refused(problem, status=BAD_INPUT):
     error = click.ClickException(str(problem))
-    error.exit_code = BAD_INPUT
+    error.exit_code = status
     return error
 
 
@@ -50,51 +52,97 @@ STUDY = click.argument("study", type=click.Path(path_type=Path), metavar="STUDY.
 FILE = click.argument("file", type=click.Path(path_type=Path), metavar="FILE.nc")
 
 
+OUTPUT = click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Default: <study name>.nc here."
+)
+FORCE = click.option(
+    "--force-unlock", is_flag=True, help="Take over from a run on another host, which has ended."
+)
+
+
+class Part(click.ParamType):
+    """Part i of n, written i/n."""
+
+    name = "i/n"
+
+    def convert(self, value, param, ctx):
+        """Two numbers from a text."""
+        i, slash, n = value.partition("/")
+        if not (slash and i.isdecimal() and n.isdecimal() and 1 <= int(i) <= int(n)):
+            self.fail(f"{value!r} is no part; write i/n with 1 <= i <= n, such as 1/4", param, ctx)
+        return int(i), int(n)
+
+
 @main.command()
 @STUDY
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Default: <study name>.nc here.")
+@OUTPUT
 @click.option("--workers", type=click.IntRange(min=0), help="Worker processes; 0 computes in this one.")
 @click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
+@click.option("--shard", type=Part(), help="Compute part i of n only; `reduce` joins the parts.")
+@click.option(
+    "--on-error",
+    type=click.Choice(["record", "raise"]),
+    default="record",
+    show_default=True,
+    help="Record a point that fails and go on, or stop there.",
+)
+@click.option("--max-failures", type=click.IntRange(min=0), help="Stop when more states fail.")
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a block.")
+@FORCE
 @click.pass_context
-def run(ctx, study, output, workers, scheduler):
+def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, time_limit, force_unlock):
     """Compute a study and write its dataset."""
+    from studies.cluster import running_cluster
     from studies.errors import StudyError
     from studies.plan import Plan
-    from studies.runner import compute, folder_of, is_done
+    from studies.runner import Policy, compute, folder_of, is_done
     from studies.study import Study
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
     if is_done(study, output):
         click.echo(f"{output}: this study is done; nothing to compute")
-    else:
-        if scheduler and workers is not None:
-            raise StudyError("--workers and --scheduler: a running scheduler has its own workers; give one")
-        signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
-        try:
-            compute(Plan.of(study), output, workers, _client(ctx, scheduler))
-        except (KeyboardInterrupt, SystemExit):
-            click.echo(
-                f"stopped; what is computed is kept in {folder_of(output)} and the same command "
-                "goes on from there",
-                err=True,
-            )
-            sys.exit(INTERRUPTED)
-    _summarise(ctx, output)
-
-
-def _client(ctx, address):
-    """A client of a running scheduler, closed with the command."""
-    if address is None:
-        return None
-    from distributed import Client
-
-    from studies.errors import StudyError
-
+        _summarise(ctx, output)
+        return
+    if scheduler and workers is not None:
+        raise StudyError("--workers and --scheduler: a running scheduler has its own workers; give one")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
     try:
-        return ctx.with_resource(Client(address, timeout=10))
-    except (OSError, ValueError) as problem:
-        raise StudyError(f"--scheduler {address}: no dask scheduler answers there ({problem})") from None
+        client = ctx.with_resource(running_cluster(scheduler)) if scheduler else None
+        policy = Policy(workers, client, shard, on_error == "raise", max_failures, time_limit, force_unlock)
+        failed = compute(Plan.of(study), output, policy)
+    except (KeyboardInterrupt, SystemExit):
+        click.echo(
+            f"stopped; what is computed is kept in {folder_of(output)} and the same command "
+            "goes on from there",
+            err=True,
+        )
+        sys.exit(INTERRUPTED)
+    for line in failed:
+        click.echo(f"failed: {line}", err=True)
+    if shard is None:
+        _summarise(ctx, output)
+    else:
+        click.echo("part {} of {} is done; `elastica reduce` joins the parts".format(*shard))
+        ctx.exit(FAILED_POINTS if failed else 0)
+
+
+@main.command()
+@STUDY
+@OUTPUT
+@FORCE
+@click.pass_context
+def reduce(ctx, study, output, force_unlock):
+    """Join the parts that jobs with --shard have computed."""
+    from studies.plan import Plan
+    from studies.runner import is_done, join
+    from studies.study import Study
+
+    study = Study.from_toml(study)
+    output = output or Path(f"{study.name}.nc")
+    if not is_done(study, output):
+        join(Plan.of(study), output, force_unlock)
+    _summarise(ctx, output)
 
 
 def _summarise(ctx, output):

@@ -3,3 +3,7 @@
 
 class StudyError(ValueError):
     """A study, or a file, that cannot be used; the message says why and what to change."""
+
+
+class FailedPoints(StudyError):
+    """A run that stops because points failed, as the user asked."""

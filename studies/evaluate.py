@@ -86,13 +86,20 @@ class Failure(NamedTuple):
     reason: str
 
 
-def evaluate(block, task):
+def here(solver, *arguments):
+    """Let a solver work in this process."""
+    return list(solver(*arguments))
+
+
+def evaluate(block, task, within=here):
     """Solve every state at every point of a block.
 
     Parameters
     ----------
     block : Block
     task : Task
+    within : callable
+        Calls a solver of some states at some points; what it raises costs these states at these points.
 
     Returns
     -------
@@ -103,7 +110,7 @@ def evaluate(block, task):
     failures : list of Failure
     """
     H, given = (grid.ravel() for grid in np.meshgrid(block.H, block.given, indexing="ij"))
-    names, arrays, failed = solve_points(block.ends, H, block.control, given, task)
+    names, arrays, failed = solve_points(block.ends, H, block.control, given, task, within)
     shape = (1, len(block.H), len(block.given))
     failures = []
     for point, state, reason in failed:
@@ -114,7 +121,7 @@ def evaluate(block, task):
     return names, arrays, failures
 
 
-def solve_points(ends, H, control, given, task):
+def solve_points(ends, H, control, given, task, within=here):
     """Solve every state at n points.
 
     Parameters
@@ -125,6 +132,8 @@ def solve_points(ends, H, control, given, task):
     given : ndarray, shape (n,)
         Loads or shortenings.
     task : Task
+    within : callable
+        As for `evaluate`.
 
     Returns
     -------
@@ -144,7 +153,7 @@ def solve_points(ends, H, control, given, task):
     # Threads of BLAS would compete with the other workers for the same cores.
     with threadpool_limits(limits=1):
         for solver, names in solvers:
-            compute = partial(solver, ends, H, control, given, task)
+            compute = partial(within, solver, ends, H, control, given, task)
             pieces += _survive(compute, names, H.size)
     exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
@@ -220,7 +229,7 @@ def _survive(compute, names, points):
     while parts:
         points, names = parts.pop()
         try:
-            pieces = list(compute(names, points))
+            pieces = compute(names, points)
         except Exception as problem:  # Whatever went wrong is recorded with the point.
             if points.size > 1:
                 parts += [(half, names) for half in np.array_split(points, 2)[::-1]]

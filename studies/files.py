@@ -19,6 +19,7 @@ from studies.schema import CONTROLS, COORDINATES, FORMAT_VERSION
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
+PART = ".part"
 # Chunks are written and read whole: the 64 MB that netCDF keeps of each variable would only fill memory.
 netCDF4.set_chunk_cache(CHUNK_BYTES)
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
@@ -31,20 +32,28 @@ def written_whole(path):
     A reader never sees a part of a file, and a good file is replaced only by a complete one.
     """
     path = Path(os.path.realpath(path))
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent)
+    with temporary_beside(path) as temporary:
+        yield temporary
+        sync(temporary)
+        os.replace(temporary, path)
+        sync(path.parent)
+
+
+@contextmanager
+def temporary_beside(path):
+    """Give an empty file beside `path`, with a name of its own, that is gone in the end."""
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART, dir=path.parent)
     os.close(handle)
     try:
-        yield Path(temporary)
         os.chmod(temporary, 0o644)
-        _sync(temporary)
-        os.replace(temporary, path)
-        _sync(path.parent)
+        yield Path(temporary)
     finally:
         with suppress(FileNotFoundError):
             os.unlink(temporary)
 
 
-def _sync(path):
+def sync(path):
+    """Wait until a file, or the names in a folder, are on the disk."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -141,20 +150,25 @@ def write_failures(dataset, control, failures):
 
 
 def content_hash(path):
-    """SHA-256 over names, dimensions and values of a file, whatever its compression.
+    """Hash of what a file holds; see `hash_values`.
 
     Reads every value, so damage that the checksums of the file reveal raises here.
     """
-    digest = hashlib.sha256()
     with opened(path) as dataset:
-        for name in sorted(dataset.variables):
-            variable = dataset.variables[name]
-            digest.update(f"{name} {variable.dimensions} {variable.dtype} {variable.shape}".encode())
-            for slab in _bands(variable):
-                values = np.ascontiguousarray(variable[slab])
-                if values.dtype.kind == "f":
-                    values = np.where(np.isnan(values), np.nan, values)
-                digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
+        return hash_values(dataset)
+
+
+def hash_values(dataset):
+    """SHA-256 over names, dimensions and values of an open dataset, whatever its compression."""
+    digest = hashlib.sha256()
+    for name in sorted(dataset.variables):
+        variable = dataset.variables[name]
+        digest.update(f"{name} {variable.dimensions} {variable.dtype} {variable.shape}".encode())
+        for slab in _bands(variable):
+            values = np.ascontiguousarray(variable[slab])
+            if values.dtype.kind == "f":
+                values = np.where(np.isnan(values), np.nan, values)
+            digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
     return digest.hexdigest()
 
 

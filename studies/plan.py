@@ -67,6 +67,8 @@ class Plan:
         expected.
     seconds : float
         Expected work on one core.
+    longest : float
+        That of the longest block.
     """
 
     study: Study
@@ -76,6 +78,7 @@ class Plan:
     states: int
     bytes: int
     seconds: float
+    longest: float
 
     @classmethod
     def of(cls, study, block_points=None):
@@ -95,6 +98,7 @@ class Plan:
                 for j in range(0, given, columns)
             ]
         points = len(grid.ends) * H * given
+        seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
             study=study,
             task=task,
@@ -102,7 +106,8 @@ class Plan:
             points=points,
             states=H * given * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
             bytes=_bytes(study, task, points),
-            seconds=sum(costs[block.ends].of(block) for block in blocks),
+            seconds=sum(seconds),
+            longest=max(seconds),
         )
 
     @property

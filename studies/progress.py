@@ -9,6 +9,11 @@ from studies.plan import readable_time
 QUIET_SECONDS = 30.0
 
 
+def note(text):
+    """Tell the user what happened on the way."""
+    print(text, file=sys.stderr, flush=True)
+
+
 @contextmanager
 def progress(total, done=0, stream=None):
     """Give a function that takes the number of grid points just finished."""

@@ -1,26 +1,64 @@
 """Run a study: compute the blocks of its plan wherever there are processors, then join the shards.
 
 Executors only dispatch. A block is solved the same way in this process, in a local worker or on a cluster,
-and written by whoever computed it; what comes back is two numbers.
+and written by whoever computed it; what comes back is its name.
 """
 
 import os
-import signal
+import uuid
 from contextlib import ExitStack, contextmanager
-from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
-from studies.errors import StudyError
+from studies.blocks import NAMED, Job, compute_block, versions
+from studies.cluster import dispatch, local_cluster
+from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
+from studies.lock import sole_writer
 from studies.plan import Plan
 from studies.progress import progress
-from studies.shards import compute_shard, folder_of, reduce, remove_shards, shard_is_valid, shard_path
+from studies.reduction import reduce
+from studies.shards import discard_parts, find_shards, folder_of, remove_folder, remove_shards
 
-IN_FLIGHT = 2
-"""Blocks waiting at each worker, so that none idles while a result travels."""
+LEAST_LIMIT, PATIENCE = 600.0, 30.0
+"""Seconds that a block has at the least, and how often the time that is expected of it."""
+ROUNDS = 3
+"""How often shards that turn out to be damaged are computed again before the disk is blamed."""
 
 
-def run(study, out=None, workers=None, client=None, block_points=None):
+class Policy(NamedTuple):
+    """What a user may decide about a run; it never changes a value.
+
+    Attributes
+    ----------
+    workers : int, optional
+        Worker processes on this machine; 0 computes in this process, where a crash ends the run and
+        nothing limits the time. By default as many as there are processors, one helper of this process
+        when the whole study takes but seconds.
+    client : distributed.Client, optional
+        A running cluster to use instead.
+    part : (int, int), optional
+        Compute part i of n only, to be joined by `join`.
+    raises : bool
+        Stop at the first point that fails, instead of recording it.
+    max_failures : int, optional
+        Stop when more states have failed than this.
+    time_limit : float, optional
+        Seconds that a block may take; by default far more than it is expected to.
+    force_unlock : bool
+        Take the lock of a run on another host, which is known to have ended.
+    """
+
+    workers: int | None = None
+    client: object = None
+    part: tuple[int, int] | None = None
+    raises: bool = False
+    max_failures: int | None = None
+    time_limit: float | None = None
+    force_unlock: bool = False
+
+
+def run(study, out=None, workers=None, client=None, block_points=None, **policy):
     """Compute a study and return its dataset.
 
     Parameters
@@ -28,11 +66,8 @@ def run(study, out=None, workers=None, client=None, block_points=None):
     study : Study
     out : str or Path, optional
         The file to write, by default `<study name>.nc` in the current folder.
-    workers : int, optional
-        Worker processes on this machine; 0 computes in this process. By default as many as there are
-        processors, none when the whole study takes but seconds.
-    client : distributed.Client, optional
-        A running cluster to use instead.
+    workers, client, **policy
+        See `Policy`.
     block_points : int, optional
         Grid points of a block. Neither this nor the workers ever change a value.
 
@@ -48,7 +83,7 @@ def run(study, out=None, workers=None, client=None, block_points=None):
     """
     out = Path(out or f"{study.name}.nc")
     if not is_done(study, out):
-        compute(Plan.of(study, block_points), out, workers, client)
+        compute(Plan.of(study, block_points), out, Policy(workers, client, **policy))
     return open(out)
 
 
@@ -81,84 +116,127 @@ def is_done(study, out):
     return False
 
 
-def compute(plan, out, workers=None, client=None):
-    """Compute the blocks that are missing, write the dataset, remove the shards."""
-    folder = folder_of(out)
+def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
+    """Compute the blocks that are missing; unless they are but a part, write the dataset.
+
+    Parameters
+    ----------
+    plan : Plan
+    out : Path
+    policy : Policy
+
+    Returns
+    -------
+    tuple of str
+        Some of the points that failed in this run, with the reasons.
+    """
+    with _working_folder(plan, out, policy.part, policy.force_unlock) as (folder, blocks):
+        if policy.part is None and is_done(plan.study, out):
+            return ()
+        shards, named = _fill(plan, blocks, folder, policy)
+        if policy.part is None:
+            _finish(plan, shards, folder, out)
+        return named
+
+
+def join(plan, out, force_unlock=False):
+    """Write the dataset from the shards that jobs with `Policy.part` have computed.
+
+    Raises
+    ------
+    StudyError
+        If shards are missing.
+    """
+    with _working_folder(plan, out, None, force_unlock) as (folder, blocks):
+        shards = find_shards(folder, blocks, plan.study.identity)
+        if missing := len(blocks) - len(shards):
+            raise StudyError(
+                f"{folder}: {missing} of {len(blocks)} shards are missing; run the jobs that have not "
+                "finished again, or `elastica run` for all that is missing"
+            )
+        _finish(plan, shards, folder, out)
+
+
+@contextmanager
+def _working_folder(plan, out, part, force_unlock):
+    """The folder of the shards, ours alone, and the blocks to compute there."""
+    folder = folder_of(out).resolve()
     folder.mkdir(exist_ok=True)
-    identity = plan.study.identity
-    todo = [b for b in plan.blocks if not shard_is_valid(shard_path(folder, b), identity)]
-    finished = plan.points - sum(block.points for block in todo)
-    common = (plan.task, identity, folder.resolve())
+    blocks = plan.blocks if part is None else plan.blocks[part[0] - 1 :: part[1]]
+    try:
+        with sole_writer(folder, part, force_unlock):
+            discard_parts(folder, blocks)
+            try:
+                yield folder, blocks
+            finally:
+                discard_parts(folder, blocks)
+    finally:
+        remove_folder(folder)
+
+
+def _finish(plan, shards, folder, out):
+    reduce(plan, shards, out)
+    remove_shards(folder)
+
+
+def _fill(plan, blocks, folder, policy):
+    """Compute until every block has an intact shard: the shards, and some of the points that failed."""
+    named = ()
+    for _ in range(ROUNDS):
+        shards = find_shards(folder, blocks, plan.study.identity)
+        todo = [block for block in blocks if block not in shards]
+        if not todo:
+            return shards, named
+        named += _compute(plan, blocks, todo, folder, policy)
+    raise StudyError(f"{folder}: shards are damaged as soon as they are written; look after the disk")
+
+
+def _compute(plan, blocks, todo, folder, policy):
+    """Compute blocks: some of the points that failed."""
+    failures, named = 0, ()
     with ExitStack() as stack:
-        if client is None and workers is None and (plan.small or len(todo) == 1):
-            workers = 0
-        if client is None and workers != 0 and todo:
-            count = min(workers or processors(), len(todo))
-            client = stack.enter_context(local_cluster(count))
-        results = _dispatch(client, todo, common) if client and todo else _here(todo, common)
-        advance = stack.enter_context(progress(plan.points, finished))
-        for points, _ in results:
-            advance(points)
-    reduce(plan, folder, out)
-    remove_shards(plan, folder)
+        results = _results(plan, todo, folder, policy, stack)
+        points, left = (sum(block.points for block in some) for some in (blocks, todo))
+        advance = stack.enter_context(progress(points, points - left))
+        for done in results:
+            advance(done.points)
+            failures += done.failures
+            named = (*named, *done.named)[:NAMED]
+            if policy.max_failures is not None and failures > policy.max_failures:
+                raise FailedPoints(
+                    f"{failures} states failed, more than --max-failures {policy.max_failures}: "
+                    f"{'; '.join(named)}; what is computed is kept in {folder}"
+                )
+    return named
+
+
+def _results(plan, todo, folder, policy, stack):
+    """What the blocks gave, as they finish."""
+    limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
+    job = Job(plan.task, plan.study.identity, folder, versions(), "", limit, policy.raises)
+    client = policy.client
+    if client is None:
+        if policy.workers == 0:
+            job = job._replace(limit=None)
+        if policy.workers == 0 or (policy.workers is None and (plan.small or len(todo) == 1)):
+            return (compute_block(block, job) for block in todo)
+        count = min(policy.workers or processors(), len(todo))
+        client = stack.enter_context(local_cluster(count))
+    job = job._replace(probe=stack.enter_context(_probe(folder)))
+    return dispatch(client, todo, job)
+
+
+@contextmanager
+def _probe(folder):
+    """Name of a file by which workers prove that they see the folder."""
+    path = folder / f".probe-{uuid.uuid4().hex}"
+    path.touch()
+    try:
+        yield path.name
+    finally:
+        path.unlink(missing_ok=True)
 
 
 def processors():
     """Processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-
-
-@contextmanager
-def local_cluster(workers):
-    """A dask cluster of single-threaded processes on this machine, since netCDF is not thread-safe."""
-    import dask
-    from distributed import Client, LocalCluster
-
-    settings = {
-        # dask returns freed memory at 64 kB, which costs a third of the time in page faults.
-        "distributed.nanny.pre-spawn-environ.MALLOC_TRIM_THRESHOLD_": 1 << 28,
-        "distributed.nanny.pre-spawn-environ.MALLOC_MMAP_THRESHOLD_": 1 << 28,
-        "distributed.comm.timeouts.connect": "60s",
-    }
-    with ExitStack() as stack:
-        stack.enter_context(dask.config.set(settings))
-        # Ctrl-C reaches every process of the terminal; the workers inherit that they ignore it.
-        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address="127.0.0.1:0",
-                    host="127.0.0.1",
-                    silence_logs=40,
-                )
-            )
-        finally:
-            signal.signal(signal.SIGINT, interrupt)
-        yield stack.enter_context(Client(cluster))
-
-
-def _here(blocks, common):
-    return (compute_shard(block, *common) for block in blocks)
-
-
-def _dispatch(client, blocks, common):
-    """Results of blocks as they finish, a few in flight for each worker."""
-    from distributed import as_completed
-
-    waiting = iter(blocks)
-    workers = max(1, len(client.scheduler_info(n_workers=-1)["workers"]))
-
-    def submit(block):
-        return client.submit(compute_shard, block, *common, pure=False)
-
-    first = [submit(block) for block in islice(waiting, IN_FLIGHT * workers)]
-    running = as_completed(first)
-    for future in running:
-        yield future.result()
-        future.release()
-        block = next(waiting, None)
-        if block is not None:
-            running.add(submit(block))

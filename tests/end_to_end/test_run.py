@@ -9,8 +9,8 @@ import studies
 from elastica import Status
 from studies import StudyError
 from studies.files import content_hash, identify, opened
-from studies.runner import compute, is_done
-from studies.shards import folder_of, reduce, shard_is_valid, shard_path
+from studies.runner import Policy, compute, is_done, join
+from studies.shards import find_shards, folder_of
 
 
 @pytest.mark.parametrize(("workers", "block_points"), [(0, 5), (0, 17), (1, None), (2, 24)])
@@ -38,41 +38,55 @@ def test_only_the_dataset_is_left_behind(study, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["small.nc"]
 
 
-def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_path, monkeypatch):
+def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_path, monkeypatch, capsys):
     out = tmp_path / "small.nc"
     plan = study.plan(block_points=24)
     calls = []
     from studies import runner
 
-    original = runner.compute_shard
+    original = runner.compute_block
 
-    def interrupted(block, *common):
+    def interrupted(block, job):
         if len(calls) == 3:
             raise KeyboardInterrupt
         calls.append(block)
-        return original(block, *common)
+        return original(block, job)
 
-    monkeypatch.setattr(runner, "compute_shard", interrupted)
+    here = Policy(workers=0)
+    monkeypatch.setattr(runner, "compute_block", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        compute(plan, out, workers=0)
+        compute(plan, out, here)
     assert not out.exists()
     done = list(calls)
-    damaged = shard_path(folder_of(out), done[1])
+    shards = find_shards(folder_of(out), plan.blocks, study.identity)
+    assert set(shards) == set(done)
+    damaged = shards[done[1]]
     damaged.write_bytes(damaged.read_bytes()[:-2000])
-    assert shard_is_valid(shard_path(folder_of(out), done[0]), study.identity)
-    assert not shard_is_valid(damaged, study.identity)
-    assert not shard_is_valid(shard_path(folder_of(out), done[0]), {"study_id": "another study"})
+    shards[done[2]].unlink()
     calls.clear()
-    monkeypatch.setattr(runner, "compute_shard", lambda *a: calls.append(a[0]) or original(*a))
-    compute(plan, out, workers=0)
-    assert set(calls) == set(plan.blocks) - {done[0], done[2]}
+    monkeypatch.setattr(runner, "compute_block", lambda *a: calls.append(a[0]) or original(*a))
+    compute(plan, out, here)
+    assert set(calls) == set(plan.blocks) - {done[0]}
+    assert "1 shards are damaged or of another study and are computed again" in capsys.readouterr().err
     assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+    assert list(tmp_path.iterdir()) == [out]
 
 
 def test_a_missing_shard_is_never_papered_over(study, tmp_path):
-    with pytest.raises(StudyError, match="shards are missing"):
-        reduce(study.plan(), tmp_path, tmp_path / "small.nc")
+    plan = study.plan(block_points=24)
+    compute(plan, tmp_path / "small.nc", Policy(workers=0, part=(1, 3)))
+    with pytest.raises(StudyError, match="4 of 6 shards are missing"):
+        join(plan, tmp_path / "small.nc")
     assert not (tmp_path / "small.nc").exists()
+
+
+def test_parts_computed_apart_are_joined_to_the_same_dataset(study, dataset_file, tmp_path):
+    plan, out = study.plan(block_points=24), tmp_path / "small.nc"
+    for number in (3, 1, 2):
+        compute(plan, out, Policy(workers=0, part=(number, 3)))
+    join(plan, out)
+    assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+    assert list(tmp_path.iterdir()) == [out]
 
 
 def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypatch):
@@ -151,16 +165,11 @@ def test_check_finds_what_was_changed(dataset_file, tmp_path):
 
 
 def test_shards_and_datasets_of_other_numerics_are_not_reused(study, dataset_file, tmp_path, monkeypatch):
-    plan = study.plan()
-    folder = tmp_path / "shards"
-    folder.mkdir()
-    from studies.shards import compute_shard
-
-    compute_shard(plan.blocks[0], plan.task, study.identity, folder)
-    path = shard_path(folder, plan.blocks[0])
-    assert shard_is_valid(path, study.identity)
+    plan, out = study.plan(block_points=60), tmp_path / "small.nc"
+    compute(plan, out, Policy(workers=0, part=(1, 2)))
+    assert len(find_shards(folder_of(out), plan.blocks, study.identity)) == 1
     monkeypatch.setattr("studies.study.NUMERICS_VERSION", 999)
-    assert not shard_is_valid(path, study.identity)
+    assert find_shards(folder_of(out), plan.blocks, study.identity) == {}
     with pytest.raises(StudyError, match="another version of the numerics"):
         is_done(study, dataset_file)
 

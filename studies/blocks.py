@@ -1,0 +1,130 @@
+"""Compute one block wherever there is a processor: solve it, write its shard, survive what it does.
+
+A block is solved in a process of its own with a time limit. If that process is lost, the block is solved
+again in parts, each in a fresh process: the part that is lost is halved until one state at one point stands
+alone, which is tried once more and then recorded as failed. Left out: which processor (`runner`).
+"""
+
+import time
+from functools import cache, partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import NamedTuple
+
+from studies.errors import FailedPoints, StudyError
+from studies.evaluate import Task, evaluate, here
+from studies.sandbox import Lost, call
+from studies.shards import write_shard
+from studies.study import NUMERICS_VERSION
+
+LEAST_SHARE, LEAST_SECONDS = 1 / 20, 10.0
+"""Of the time limit of a block, for its smallest part: some work is the same for one point as for many."""
+NAMED = 10
+"""Failures that a block names to the summary of the run; the dataset has them all."""
+LIBRARIES = ("constrained-elastica", "numpy", "scipy", "netCDF4")
+
+
+class Job(NamedTuple):
+    """What a block needs to know of its run.
+
+    `token` is what `probe`, a file in the folder, must hold; `limit` the seconds of a block, None where it
+    is to be solved in this very process.
+    """
+
+    task: Task
+    identity: dict
+    folder: Path
+    versions: tuple
+    probe: str
+    limit: float | None
+    raises: bool
+
+
+class Done(NamedTuple):
+    """A finished block: its shard, and those of its failures that a summary names."""
+
+    points: int
+    shard: str
+    failures: int
+    named: tuple[str, ...]
+
+
+@cache
+def versions():
+    """What must be the same wherever blocks of one study are solved."""
+    return (("numerics", str(NUMERICS_VERSION)), *((name, version(name)) for name in LIBRARIES))
+
+
+def prove(job):
+    """Prove that this process sees the folder of the run and solves as its client would.
+
+    Raises
+    ------
+    StudyError
+        If it does not.
+    """
+    try:
+        seen = (job.folder / job.probe).exists()
+    except OSError:
+        seen = False
+    if not seen:
+        raise StudyError(
+            f"{job.folder}: a worker does not see this folder; put the output where all machines see it, "
+            "by the same path"
+        )
+    if versions() != job.versions:
+        both = zip(job.versions, versions(), strict=True)
+        unlike = [
+            f"{name} {ours} here, {theirs} there" for (name, ours), (_, theirs) in both if ours != theirs
+        ]
+        raise StudyError(f"a worker has other versions: {', '.join(unlike)}; install the same")
+
+
+def compute_block(block, job):
+    """Solve a block and write its shard.
+
+    Returns
+    -------
+    Done
+    """
+    if job.probe:
+        prove(job)
+    if job.limit is None:
+        return _solve(block, job)
+    try:
+        return call(_solve, block, job, limit=job.limit)
+    except Lost:
+        return _solve(block, job, partial(_alone, job.limit, block.points))
+
+
+def _solve(block, job, within=here):
+    start = time.perf_counter()
+    names, arrays, failures = evaluate(block, job.task, within)
+    seconds = time.perf_counter() - start
+    named = tuple(_name(block, names, failure) for failure in failures[:NAMED])
+    if failures and job.raises:
+        raise FailedPoints(f"{named[0]}; what is computed is kept in {job.folder}")
+    outputs = job.task.outputs
+    shard = write_shard(job.folder, job.identity, block, outputs, names, arrays, failures, seconds)
+    return Done(block.points, shard, len(failures), named)
+
+
+def _alone(limit, points, solver, *arguments):
+    """Let a solver work in a process of its own, for its share of the time."""
+    *_, names, selected = arguments
+    seconds = min(limit, max(LEAST_SECONDS, limit * max(LEAST_SHARE, selected.size / points)))
+    solve = partial(call, here, solver, *arguments, limit=seconds)
+    try:
+        return solve()
+    except Lost:
+        if len(names) > 1 or selected.size > 1:
+            raise
+        return solve()
+
+
+def _name(block, names, failure):
+    """Where a point failed, and why, in words."""
+    H = block.H[failure.H - block.place[1]]
+    given = block.given[failure.given - block.place[2]]
+    state = names[failure.state]
+    return f"{block.ends} H={H:g} {block.control}={given:g} {state}: {failure.reason}"

@@ -1,0 +1,149 @@
+"""One writer at a time: an OS lock, which dies with its process, and a record of who holds it.
+
+The lock alone decides on one machine. Between machines it may not reach, so the record of another host is
+believed until the user says that its run has ended. Jobs that compute different parts of one study may work
+side by side.
+"""
+
+import fcntl
+import json
+import os
+import socket
+from contextlib import contextmanager
+from datetime import UTC, datetime
+from pathlib import Path
+
+import psutil
+
+from studies.errors import StudyError
+from studies.progress import note
+
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+
+
+@contextmanager
+def sole_writer(folder, part=None, force=False):
+    """Be the only process that computes a study, or one part of it.
+
+    Parameters
+    ----------
+    folder : Path
+        Where the shards are kept; the lock stays there until it is released.
+    part : (int, int), optional
+        The part i of n that this job computes; without it, everything.
+    force : bool
+        Take the lock of another host, whose run the user knows to have ended.
+
+    Raises
+    ------
+    StudyError
+        If another run holds the lock; says host, process and start.
+    """
+    path = folder / _name(part)
+    descriptor = _seize(path, force)
+    try:
+        for other in sorted(folder.glob("run*.lock")):
+            if other != path and _conflict(part, other):
+                os.close(_seize(other, force))
+                other.unlink(missing_ok=True)
+        os.truncate(descriptor, 0)
+        os.pwrite(descriptor, json.dumps(_this_process()).encode(), 0)
+        os.fsync(descriptor)
+        yield
+    finally:
+        # While it is locked, so that nobody else can hold the file that is removed.
+        path.unlink(missing_ok=True)
+        os.close(descriptor)
+
+
+def _name(part):
+    return "run.lock" if part is None else "run-{}-of-{}.lock".format(*part)
+
+
+def _conflict(part, other):
+    """Whether the holder of another lock writes our shards, which other parts of one division do not."""
+    return part is None or not other.name.endswith(f"-of-{part[1]}.lock")
+
+
+def _seize(path, force):
+    """A descriptor of the locked file, which is the one that bears the name."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        record = _record(descriptor)
+        foreign = record is not None and record["host"] != socket.gethostname()
+        locked = _locked(descriptor)
+        if foreign and force:
+            os.close(descriptor)
+            path.unlink(missing_ok=True)
+            note(f"took over from process {record['pid']} on {record['host']}, as --force-unlock says")
+        elif foreign or not locked or _is_alive(record):
+            os.close(descriptor)
+            raise StudyError(_refusal(path, record, foreign))
+        elif not _bears_name(descriptor, path):
+            os.close(descriptor)
+        else:
+            if record is not None:
+                note(f"took over from process {record['pid']}, which ended before its work was done")
+            return descriptor
+
+
+def _locked(descriptor):
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except OSError:
+        # A file system without locks: the record decides alone.
+        return True
+    return True
+
+
+def _bears_name(descriptor, path):
+    """Whether the file is still the one of this name: its last holder may just have removed it."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _record(descriptor):
+    """Who wrote the lock; None if nobody did, or died while writing."""
+    try:
+        record = json.loads(os.pread(descriptor, 4096, 0))
+        return record if {"host", "boot", "pid", "started"} <= set(record) else None
+    except ValueError:
+        return None
+
+
+def _is_alive(record):
+    """Whether the process of a record, written on this host, still runs."""
+    if record is None or record["boot"] != _boot():
+        return False
+    try:
+        return psutil.Process(record["pid"]).create_time() == record["started"]
+    except psutil.Error:
+        return False
+
+
+def _this_process():
+    return {
+        "host": socket.gethostname(),
+        "boot": _boot(),
+        "pid": os.getpid(),
+        "started": psutil.Process().create_time(),
+    }
+
+
+def _boot():
+    """Identity of this start of the machine, where the system tells."""
+    return BOOT_ID.read_text().strip() if BOOT_ID.exists() else ""
+
+
+def _refusal(path, record, foreign):
+    if record is None:
+        return f"{path}: another run has just begun to compute this study; wait for it"
+    start = datetime.fromtimestamp(record["started"], UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    who = f"process {record['pid']} on {record['host']}, started {start}"
+    if foreign:
+        return f"{path}: {who}, computes this study; if it has ended, give --force-unlock"
+    return f"{path}: {who}, computes this study; wait for it or stop it"

@@ -1,0 +1,90 @@
+"""What goes wrong at one point costs that point; who dies, hangs or is poisoned is named in the dataset."""
+
+import pytest
+from end_to_end.conftest import TOML
+from end_to_end.processes import elastica, poisoned
+
+import studies
+from elastica import Status
+from studies.files import identify
+from studies.sandbox import Lost, call
+
+POINT = ("clamped-pinned", 0.12, 1.8)
+REASONS = {
+    "crash": "Lost: the process crashed (SIGSEGV)",
+    "leave": "Lost: the process ended with status 7",
+    "raise": "ArithmeticError: poison",
+}
+
+
+@pytest.mark.parametrize(
+    ("death", "policy"),
+    [
+        ("crash", ()),
+        ("crash", ("--workers", 2)),
+        ("leave", ()),
+        ("raise", ("--workers", 0)),
+    ],
+)
+def test_a_deadly_point_costs_that_point(toml, tmp_path, dataset_file, death, policy):
+    run = elastica("run", toml, *policy, cwd=tmp_path, **poisoned(death, *POINT))
+    assert run.returncode == 3, run.stderr
+    assert f"failed: clamped-pinned H=0.12 P=1.8 U: {REASONS[death]}" in run.stderr
+    with studies.open(tmp_path / "small.nc") as found, studies.open(dataset_file) as whole:
+        ends, H, P = POINT
+        failed = found["status"] == Status.FAILED
+        assert int(failed.sum()) == 1
+        assert failed.sel(ends=ends, H=H, P=P, state="U")
+        assert str(found["failure_reason"].values[0]) == REASONS[death]
+        others = found["status"].where(~failed)
+        # The word of the point is lost with all its roots; everything else is as without the poison.
+        unknown = found["status"] == Status.NOT_COMPUTED
+        same = others == whole["status"].sel(state=found["state"])
+        assert bool((same | failed | unknown).all())
+        assert int(unknown.sel(ends=ends).sum()) <= found.sizes["state"]
+
+
+def test_a_point_that_never_returns_costs_that_point(tmp_path):
+    text = TOML.replace("num = 12", "num = 3").replace("num = 5", "num = 2").replace("eigenvalues = 3", "")
+    (tmp_path / "small.toml").write_text(text.replace("max_contacts = 1", 'names = ["0", "U", "U-"]'))
+    poison = poisoned("hang", "clamped-pinned", 0.2, 4.6)
+    run = elastica("run", "small.toml", "--time-limit", 2, cwd=tmp_path, **poison)
+    assert run.returncode == 3, run.stderr
+    with studies.open(tmp_path / "small.nc") as found:
+        failed = found["status"] == Status.FAILED
+        assert int(failed.sum()) == 1
+        assert failed.sel(ends="clamped-pinned", H=0.2, P=4.6, state="U")
+        assert str(found["failure_reason"].values[0]) == "Lost: no answer within 2 s"
+
+
+def test_the_run_stops_at_the_first_failure_or_at_too_many_if_asked(toml, tmp_path, dataset_file):
+    poison = poisoned("raise", *POINT)
+    stopped = elastica("run", toml, "--on-error", "raise", cwd=tmp_path, **poison)
+    assert stopped.returncode == 3
+    assert "clamped-pinned H=0.12 P=1.8 U: ArithmeticError: poison" in stopped.stderr
+    assert "Traceback" not in stopped.stderr
+    stopped = elastica("run", toml, "--max-failures", 0, cwd=tmp_path, **poison)
+    assert stopped.returncode == 3
+    assert "more than --max-failures 0: clamped-pinned H=0.12 P=1.8 U" in stopped.stderr
+    assert not (tmp_path / "small.nc").exists()
+
+
+def test_a_point_that_was_not_recorded_is_solved_when_the_cause_is_gone(toml, tmp_path, dataset_file):
+    stopped = elastica("run", toml, "--on-error", "raise", cwd=tmp_path, **poisoned("raise", *POINT))
+    assert stopped.returncode == 3
+    assert elastica("run", toml, cwd=tmp_path).returncode == 0
+    assert identify(tmp_path / "small.nc")["content_hash"] == identify(dataset_file)["content_hash"]
+
+
+def test_a_call_that_loses_its_process_says_how_and_the_next_one_is_served():
+    import os
+    import time
+
+    assert call(len, "four", limit=60) == 4
+    with pytest.raises(Lost, match="status 5"):
+        call(os._exit, 5, limit=60)
+    with pytest.raises(Lost, match=r"no answer within 0\.5 s"):
+        call(time.sleep, 30, limit=0.5)
+    with pytest.raises(ZeroDivisionError):
+        call(divmod, 1, 0, limit=60)
+    assert call(len, "seven", limit=60) == 5
