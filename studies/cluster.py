@@ -28,25 +28,28 @@ def local_cluster(workers):
     import dask
     from distributed import Client, LocalCluster
 
-    environ = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in MALLOC.items()}
+    settings = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in MALLOC.items()}
     with ExitStack() as stack:
-        stack.enter_context(dask.config.set({**environ, "distributed.comm.timeouts.connect": "60s"}))
         # Ctrl-C reaches every process of the terminal; the workers inherit that they ignore it.
         interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
-            cluster = stack.enter_context(
-                LocalCluster(
-                    n_workers=workers,
-                    threads_per_worker=1,
-                    processes=True,
-                    dashboard_address="127.0.0.1:0",
-                    host="127.0.0.1",
-                    silence_logs=50,
+            # Patience for a busy machine at the start only: later it would be with workers that are gone.
+            with dask.config.set({**settings, "distributed.comm.timeouts.connect": "60s"}):
+                cluster = stack.enter_context(
+                    LocalCluster(
+                        n_workers=workers,
+                        threads_per_worker=1,
+                        processes=True,
+                        dashboard_address="127.0.0.1:0",
+                        host="127.0.0.1",
+                        silence_logs=50,
+                    )
                 )
-            )
+                client = stack.enter_context(Client(cluster))
         finally:
             signal.signal(signal.SIGINT, interrupt)
-        yield stack.enter_context(Client(cluster))
+        with dask.config.set({"distributed.comm.timeouts.connect": "5s"}):
+            yield client
 
 
 @contextmanager

@@ -100,7 +100,7 @@ def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, t
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
-    if is_done(study, output):
+    if is_done(study, output) and not folder_of(output).exists():
         click.echo(f"{output}: this study is done; nothing to compute")
         _summarise(ctx, output)
         return
@@ -120,7 +120,7 @@ def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, t
         sys.exit(INTERRUPTED)
     for line in failed:
         click.echo(f"failed: {line}", err=True)
-    if shard is None:
+    if output.exists():
         _summarise(ctx, output)
     else:
         click.echo("part {} of {} is done; `elastica reduce` joins the parts".format(*shard))
@@ -379,6 +379,7 @@ def plot(file, kind, output):
     """Draw a dataset."""
     from studies.charts import save_chart
     from studies.errors import StudyError
+    from studies.files import identify
     from studies.files import open as open_dataset
 
     output = output or file.with_suffix(".png")
@@ -386,6 +387,7 @@ def plot(file, kind, output):
         raise StudyError(f"{output}: the ending decides the format; use .png, .pdf or .svg")
     if not output.parent.is_dir() or not os.access(output.parent, os.W_OK):
         raise StudyError(f"{output.parent}: this folder does not exist or cannot be written to")
+    identify(file, read=("status", "stability"))
     with open_dataset(file) as dataset:
         save_chart(dataset, output)
     click.echo(f"{output}")

@@ -15,11 +15,16 @@ import netCDF4
 import numpy as np
 
 from studies.errors import StudyError
+from studies.sandbox import Lost, call
 from studies.schema import CONTROLS, COORDINATES, FORMAT_VERSION
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
 PART = ".part"
+READING_SECONDS, READING_SPEED = 30.0, 10e6
+"""A file that takes longer to read, given its bytes, makes the library loop."""
+READING_FAILS = (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError, MemoryError)
+"""What netCDF4 and xarray raise on damaged files."""
 # Chunks are written and read whole: the 64 MB that netCDF keeps of each variable would only fill memory.
 netCDF4.set_chunk_cache(CHUNK_BYTES)
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
@@ -224,12 +229,25 @@ def open(path):
     with ACCESS:
         try:
             return xarray.open_dataset(path, engine="netcdf4")
-        except (OSError, RuntimeError, ValueError, KeyError) as problem:
+        except READING_FAILS as problem:
             raise StudyError(f"{path}: the file is damaged ({problem})") from None
 
 
-def identify(path):
+def reading_limit(path):
+    """Seconds after which reading a file must have come to an end."""
+    return READING_SECONDS + Path(path).stat().st_size / READING_SPEED
+
+
+def identify(path, read=()):
     """Global attributes of a dataset of ours.
+
+    A damaged file may make HDF5 crash or read for ever, so another process opens it first.
+
+    Parameters
+    ----------
+    path : str or Path
+    read : sequence of str
+        Variables to read entirely there.
 
     Raises
     ------
@@ -241,10 +259,21 @@ def identify(path):
         what = "this is no file" if path.exists() else "there is no such file"
         raise StudyError(f"{path}: {what}; give the path of a dataset")
     try:
+        return call(_identify, path, read, limit=reading_limit(path))
+    except Lost as problem:
+        raise StudyError(f"{path}: the file is damaged (while it was read: {problem})") from None
+
+
+def _identify(path, read):
+    try:
         with opened(path) as dataset:
             attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
             present, dims = set(dataset.variables), set(dataset.dimensions)
-    except (OSError, RuntimeError, UnicodeDecodeError, AttributeError) as problem:
+            for variable in dataset.variables.values():
+                variable.__dict__, variable.filters(), variable.chunking()
+            for name in present & (set(read) | dims):
+                dataset.variables[name][:]
+    except READING_FAILS as problem:
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
     version = attributes.get("format_version")
     ours = isinstance(attributes.get("study_id"), str) and isinstance(version, (int, np.integer))

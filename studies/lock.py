@@ -110,9 +110,10 @@ def _record(descriptor):
     """Who wrote the lock; None if nobody did, or died while writing."""
     try:
         record = json.loads(os.pread(descriptor, 4096, 0))
-        return record if {"host", "boot", "pid", "started"} <= set(record) else None
     except ValueError:
         return None
+    complete = isinstance(record, dict) and record.keys() >= {"host", "boot", "pid", "started"}
+    return record if complete else None
 
 
 def _is_alive(record):

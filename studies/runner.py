@@ -5,6 +5,7 @@ and written by whoever computed it; what comes back is its name.
 """
 
 import os
+import shutil
 import uuid
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -15,10 +16,10 @@ from studies.cluster import dispatch, local_cluster
 from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
 from studies.lock import sole_writer
-from studies.plan import Plan
+from studies.plan import Plan, readable_bytes
 from studies.progress import progress
 from studies.reduction import reduce
-from studies.shards import discard_parts, find_shards, folder_of, remove_folder, remove_shards
+from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
 
 LEAST_LIMIT, PATIENCE = 600.0, 30.0
 """Seconds that a block has at the least, and how often the time that is expected of it."""
@@ -82,7 +83,7 @@ def run(study, out=None, workers=None, client=None, block_points=None, **policy)
         If the file cannot be written or holds another study.
     """
     out = Path(out or f"{study.name}.nc")
-    if not is_done(study, out):
+    if not is_done(study, out) or folder_of(out).exists():
         compute(Plan.of(study, block_points), out, Policy(workers, client, **policy))
     return open(out)
 
@@ -131,7 +132,9 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
         Some of the points that failed in this run, with the reasons.
     """
     with _working_folder(plan, out, policy.part, policy.force_unlock) as (folder, blocks):
-        if policy.part is None and is_done(plan.study, out):
+        if is_done(plan.study, out):
+            # Perhaps by a run that was killed before it could clear away.
+            remove_shards(folder)
             return ()
         shards, named = _fill(plan, blocks, folder, policy)
         if policy.part is None:
@@ -175,7 +178,15 @@ def _working_folder(plan, out, part, force_unlock):
 
 
 def _finish(plan, shards, folder, out):
-    reduce(plan, shards, out)
+    """Write the dataset, and only then remove the shards."""
+    try:
+        reduce(plan, shards, out)
+    except (OSError, RuntimeError) as problem:
+        free = readable_bytes(shutil.disk_usage(out.parent).free)
+        raise StudyError(
+            f"{out}: this cannot be written ({problem}), with {free} free there; every block is kept in "
+            f"{folder} and the same command writes the dataset"
+        ) from None
     remove_shards(folder)
 
 
@@ -198,7 +209,7 @@ def _compute(plan, blocks, todo, folder, policy):
         results = _results(plan, todo, folder, policy, stack)
         points, left = (sum(block.points for block in some) for some in (blocks, todo))
         advance = stack.enter_context(progress(points, points - left))
-        for done in results:
+        for done in _kept(results, folder):
             advance(done.points)
             failures += done.failures
             named = (*named, *done.named)[:NAMED]
@@ -208,6 +219,17 @@ def _compute(plan, blocks, todo, folder, policy):
                     f"{'; '.join(named)}; what is computed is kept in {folder}"
                 )
     return named
+
+
+def _kept(results, folder):
+    """Results; a disk that takes no more shards is one sentence that says how to go on."""
+    try:
+        yield from results
+    except OSError as problem:
+        raise StudyError(
+            f"{folder}: a shard cannot be written ({problem.strerror or problem}); what is computed is kept "
+            "there and the same command goes on when the disk takes more"
+        ) from None
 
 
 def _results(plan, todo, folder, policy, stack):
@@ -229,7 +251,7 @@ def _results(plan, todo, folder, policy, stack):
 @contextmanager
 def _probe(folder):
     """Name of a file by which workers prove that they see the folder."""
-    path = folder / f".probe-{uuid.uuid4().hex}"
+    path = folder / f"{PROBE}{uuid.uuid4().hex}"
     path.touch()
     try:
         yield path.name

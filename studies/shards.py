@@ -1,7 +1,7 @@
 """Shards: one file a block, written by whoever computed it, whose name tells whether it is intact.
 
-The name holds the block's place and extent and a hash of the study's identity and of every byte, so that a
-shard that is damaged, cut short or of another study is known before netCDF, which may hang on it, opens it.
+The name holds the block's place and extent and a hash of these, the study's identity and every byte: a shard
+that is damaged, cut short or of another study is known before netCDF, which may hang on it, opens it.
 Left out: which blocks there are (`plan`), when they are computed (`runner`), how they are joined
 (`reduction`).
 """
@@ -20,6 +20,9 @@ from studies.progress import note
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 
 NAME = re.compile(r"(?P<place>[0-9]{6,}(-[0-9]{6,}){4})\.(?P<seal>[0-9a-f]{32})\.nc")
+
+PROBE = ".probe-"
+"""Files by which workers prove that they see the folder."""
 
 
 def folder_of(out):
@@ -53,8 +56,9 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
         Name of the file.
     """
     content = _encoded(identity, block, outputs, names, arrays, failures, seconds)
-    path = folder / f"{place_of(block)}.{_seal(identity, content)}.nc"
-    with temporary_beside(folder / place_of(block)) as temporary:
+    place = place_of(block)
+    path = folder / f"{place}.{_seal(identity, place, content)}.nc"
+    with temporary_beside(folder / place) as temporary:
         temporary.write_bytes(content)
         sync(temporary)
         if temporary.read_bytes() != content:
@@ -80,17 +84,17 @@ def _encoded(identity, block, outputs, names, arrays, failures, seconds):
         return bytes(dataset.close())
 
 
-def _seal(identity, content):
-    digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode())
+def _seal(identity, place, content):
+    digest = hashlib.sha256(json.dumps([identity, place], sort_keys=True).encode())
     digest.update(content)
     return digest.hexdigest()[:32]
 
 
 def intact(path, identity):
-    """Whether a file holds the bytes that were written, for this study and its numerics."""
+    """Whether a file holds the bytes that were written at its place, for this study and its numerics."""
     named = NAME.fullmatch(path.name)
     try:
-        return named is not None and _seal(identity, path.read_bytes()) == named["seal"]
+        return named is not None and _seal(identity, named["place"], path.read_bytes()) == named["seal"]
     except OSError:
         return False
 
@@ -135,7 +139,7 @@ def discard_parts(folder, blocks):
 def remove_shards(folder):
     """Remove every shard and what is unfinished; then the folder, unless it holds something else."""
     for path in folder.iterdir():
-        if NAME.fullmatch(path.name) or path.name.endswith(PART):
+        if NAME.fullmatch(path.name) or path.name.endswith(PART) or path.name.startswith(PROBE):
             path.unlink(missing_ok=True)
 
 
