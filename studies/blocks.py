@@ -124,7 +124,7 @@ def _alone(limit, points, solver, *arguments):
 
 def _name(block, names, failure):
     """Where a point failed, and why, in words."""
-    H = block.H[failure.H - block.place[1]]
-    given = block.given[failure.given - block.place[2]]
+    H = block.H[failure.H]
+    given = block.given[failure.given]
     state = names[failure.state]
     return f"{block.ends} H={H:g} {block.control}={given:g} {state}: {failure.reason}"

@@ -166,11 +166,13 @@ def _recompute(study, labels, values, sample, seed):
         found, solved, _ = solve_points(ends, H, control, given, study.task)
         again = _labelled(solved, found, names, study, ends)
         old = {name: values[name][here] for name in again}
-        sure = ~(word_failed(old["status"], names) | word_failed(again["status"], names))
+        absent = old["status"] == Status.NOT_COMPUTED
+        sure = ~(word_failed(old["status"], names) | word_failed(again["status"], names) | absent)
         differing = {name: _differs(name, old, again, sure) for name in again}
         lost = [name for name in found if name not in names]
         status = solved["status"][:, [found.index(name) for name in lost]]
-        differing["state"] = (status == Status.SOLVED).any(axis=1)
+        whole = ~(absent & (again["status"] != Status.NOT_COMPUTED)).any(axis=1)
+        differing["state"] = (status == Status.SOLVED).any(axis=1) & whole
         for name, differs in differing.items():
             if differs.any():
                 point = int(np.flatnonzero(differs)[0])

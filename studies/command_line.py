@@ -87,13 +87,29 @@ class Part(click.ParamType):
     help="Record a point that fails and go on, or stop there.",
 )
 @click.option("--max-failures", type=click.IntRange(min=0), help="Stop when more states fail.")
+@click.option(
+    "--reuse", type=click.Path(path_type=Path), metavar="OTHER.nc", help="Take the points that are there."
+)
 @click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a block.")
 @FORCE
 @click.pass_context
-def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, time_limit, force_unlock):
+def run(
+    ctx,
+    study,
+    output,
+    workers,
+    scheduler,
+    shard,
+    on_error,
+    max_failures,
+    reuse,
+    time_limit,
+    force_unlock,
+):
     """Compute a study and write its dataset."""
     from studies.cluster import running_cluster
     from studies.errors import StudyError
+    from studies.merging import lend
     from studies.plan import Plan
     from studies.runner import Policy, compute, folder_of, is_done
     from studies.study import Study
@@ -110,7 +126,8 @@ def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, t
     try:
         client = ctx.with_resource(running_cluster(scheduler)) if scheduler else None
         policy = Policy(workers, client, shard, on_error == "raise", max_failures, time_limit, force_unlock)
-        failed = compute(Plan.of(study), output, policy)
+        known = lend(reuse, study) if reuse else None
+        failed = compute(Plan.of(study, known=known), output, policy)
     except (KeyboardInterrupt, SystemExit):
         click.echo(
             f"stopped; what is computed is kept in {folder_of(output)} and the same command "
@@ -125,6 +142,23 @@ def run(ctx, study, output, workers, scheduler, shard, on_error, max_failures, t
     else:
         click.echo("part {} of {} is done; `elastica reduce` joins the parts".format(*shard))
         ctx.exit(FAILED_POINTS if failed else 0)
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="A.nc B.nc …")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True)
+@click.pass_context
+def merge(ctx, files, output):
+    """Join datasets of the same numerics along ends, H, what is prescribed, and states."""
+    from studies.errors import StudyError
+    from studies.merging import merge as merge_files
+
+    if output.exists():
+        raise StudyError(f"{output}: this exists; choose another output or move it away")
+    if not output.parent.is_dir() or not os.access(output.parent, os.W_OK):
+        raise StudyError(f"{output.parent}: this folder does not exist or cannot be written to")
+    merge_files(files, output)
+    _summarise(ctx, output)
 
 
 @main.command()

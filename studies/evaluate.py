@@ -77,7 +77,7 @@ class Piece(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """A point that could not be solved: indices along ends, H, load or shortening, state; and why."""
+    """A point that could not be solved: its indices in the block along ends, H, control, state; and why."""
 
     ends: int
     H: int
@@ -115,8 +115,7 @@ def evaluate(block, task, within=here):
     failures = []
     for point, state, reason in failed:
         row, column = divmod(point, len(block.given))
-        ends, first_row, first_column = block.place
-        failures.append(Failure(ends, first_row + row, first_column + column, state, reason))
+        failures.append(Failure(0, row, column, state, reason))
     arrays = {name: values.reshape(shape + values.shape[1:]) for name, values in arrays.items()}
     return names, arrays, failures
 

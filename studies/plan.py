@@ -69,6 +69,8 @@ class Plan:
         Expected work on one core.
     longest : float
         That of the longest block.
+    known : Source or None
+        A dataset that has the points which are in no block.
     """
 
     study: Study
@@ -79,10 +81,20 @@ class Plan:
     bytes: int
     seconds: float
     longest: float
+    known: object = None
 
     @classmethod
-    def of(cls, study, block_points=None):
-        """Plan a study; `block_points` overrides the number of grid points of a block."""
+    def of(cls, study, block_points=None, known=None):
+        """Plan a study.
+
+        Parameters
+        ----------
+        study : Study
+        block_points : int, optional
+            Grid points of a block.
+        known : Source, optional
+            A dataset that has some of the points already; these are in no block.
+        """
         grid, task = study.grid, study.task
         H, given = len(grid.H), len(grid.given)
         costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
@@ -90,13 +102,20 @@ class Plan:
         blocks = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            columns = min(given, size)
-            rows = max(1, min(H, size // columns))
-            blocks += [
-                Block((number, i, j), ends, grid.H[i : i + rows], grid.control, grid.given[j : j + columns])
-                for i in range(0, H, rows)
-                for j in range(0, given, columns)
-            ]
+            for gaps, labels in _unknown(grid, ends, known):
+                columns = min(len(labels), size)
+                rows = max(1, min(len(gaps), size // columns))
+                blocks += [
+                    Block(
+                        (number, grid.H.index(gaps[i]), grid.given.index(labels[j])),
+                        ends,
+                        gaps[i : i + rows],
+                        grid.control,
+                        labels[j : j + columns],
+                    )
+                    for i in range(0, len(gaps), rows)
+                    for j in range(0, len(labels), columns)
+                ]
         points = len(grid.ends) * H * given
         seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
@@ -107,7 +126,8 @@ class Plan:
             states=H * given * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
             bytes=_bytes(study, task, points),
             seconds=sum(seconds),
-            longest=max(seconds),
+            longest=max(seconds, default=0.0),
+            known=known,
         )
 
     @property
@@ -173,6 +193,17 @@ def _costs(task, ends, control):
         return Costs(SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
     tracing = springs * sum(len(state.word) for state in swept)
     return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
+
+
+def _unknown(grid, ends, known):
+    """Rectangles of labels (H, given) that hold the points which are not known."""
+    if known is None or ends not in known.ends:
+        return [(grid.H, grid.given)]
+    old_H, old_given = set(known.H), set(known.given)
+    new_gaps = tuple(label for label in grid.H if label not in old_H)
+    old_gaps = tuple(label for label in grid.H if label in old_H)
+    new_labels = tuple(label for label in grid.given if label not in old_given)
+    return [part for part in ((new_gaps, grid.given), (old_gaps, new_labels)) if all(part)]
 
 
 def _alternates(state, ends):

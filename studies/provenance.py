@@ -1,6 +1,7 @@
 """What a dataset says about its origin: the study, its identities, versions of the code and libraries."""
 
 import platform
+import shlex
 import subprocess
 import sys
 from datetime import UTC, datetime
@@ -8,24 +9,25 @@ from importlib.metadata import version
 from pathlib import Path
 
 from studies.schema import FORMAT_VERSION
+from studies.study import NUMERICS_VERSION
 
 DISTRIBUTION = "constrained-elastica"
 LIBRARIES = ("numpy", "scipy", "netCDF4", "xarray", "dask")
 
 
-def describe(plan):
-    """Global attributes of the dataset of a plan, by CF-1.11 and ACDD-1.3.
+def describe(study):
+    """Global attributes of the dataset of a study, by CF-1.11 and ACDD-1.3.
 
     Parameters
     ----------
-    plan : Plan
+    study : Study
 
     Returns
     -------
     dict of str to str or int
         What is unknown is absent.
     """
-    study, now = plan.study, datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     about = {key: value for key, value in study.study.model_dump().items() if value}
     about.pop("name")
     about.setdefault("title", study.name)
@@ -41,9 +43,12 @@ def describe(plan):
         "numerics_id": study.numerics_id,
         "format_version": FORMAT_VERSION,
         "control": study.grid.control,
-        "states_searched": " ".join(plan.task.names),
+        "states_searched": " ".join(study.task.names),
         "python_version": platform.python_version(),
         "library_versions": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
+        "numerics_version": NUMERICS_VERSION,
+        "host": platform.node(),
+        "command": shlex.join(sys.argv),
         "platform": f"{sys.platform} {platform.machine()}",
         **_git(),
     }

@@ -16,9 +16,11 @@ from studies.cluster import dispatch, local_cluster
 from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
 from studies.lock import sole_writer
+from studies.merging import lend
 from studies.plan import Plan, readable_bytes
 from studies.progress import progress
-from studies.reduction import reduce
+from studies.provenance import describe
+from studies.reduction import reduce, source_of
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
 
 LEAST_LIMIT, PATIENCE = 600.0, 30.0
@@ -59,7 +61,7 @@ class Policy(NamedTuple):
     force_unlock: bool = False
 
 
-def run(study, out=None, workers=None, client=None, block_points=None, **policy):
+def run(study, out=None, workers=None, client=None, block_points=None, reuse=None, **policy):
     """Compute a study and return its dataset.
 
     Parameters
@@ -71,6 +73,8 @@ def run(study, out=None, workers=None, client=None, block_points=None, **policy)
         See `Policy`.
     block_points : int, optional
         Grid points of a block. Neither this nor the workers ever change a value.
+    reuse : str or Path, optional
+        A dataset of the same numerics; points that it has are not computed again.
 
     Returns
     -------
@@ -84,7 +88,8 @@ def run(study, out=None, workers=None, client=None, block_points=None, **policy)
     """
     out = Path(out or f"{study.name}.nc")
     if not is_done(study, out) or folder_of(out).exists():
-        compute(Plan.of(study, block_points), out, Policy(workers, client, **policy))
+        known = lend(Path(reuse), study) if reuse else None
+        compute(Plan.of(study, block_points, known), out, Policy(workers, client, **policy))
     return open(out)
 
 
@@ -105,6 +110,11 @@ def is_done(study, out):
     if out.exists():
         found = identify(out)
         if found["study_id"] == study.study_id:
+            if "points_not_computed" in found:
+                raise StudyError(
+                    f"{out}: points of this study are not computed here; choose another output and reuse "
+                    "the datasets that it was merged from"
+                )
             if found.get("numerics_id") == study.numerics_id:
                 return True
             raise StudyError(
@@ -180,7 +190,9 @@ def _working_folder(plan, out, part, force_unlock):
 def _finish(plan, shards, folder, out):
     """Write the dataset, and only then remove the shards."""
     try:
-        reduce(plan, shards, out)
+        sources = [plan.known] if plan.known else []
+        sources += [source_of(block, path, plan.task) for block, path in shards.items()]
+        reduce(plan.study, sources, out, describe(plan.study))
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(

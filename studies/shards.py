@@ -1,7 +1,7 @@
 """Shards: one file a block, written by whoever computed it, whose name tells whether it is intact.
 
-The name holds the block's place and extent and a hash of these, the study's identity and every byte: a shard
-that is damaged, cut short or of another study is known before netCDF, which may hang on it, opens it.
+The name holds the block's place and extent and a hash of its labels, the study's identity and every byte: a
+shard that is damaged, cut short or of another study is known before netCDF, which may hang on it, opens it.
 Left out: which blocks there are (`plan`), when they are computed (`runner`), how they are joined
 (`reduction`).
 """
@@ -57,7 +57,7 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     """
     content = _encoded(identity, block, outputs, names, arrays, failures, seconds)
     place = place_of(block)
-    path = folder / f"{place}.{_seal(identity, place, content)}.nc"
+    path = folder / f"{place}.{_seal(identity, block, content)}.nc"
     with temporary_beside(folder / place) as temporary:
         temporary.write_bytes(content)
         sync(temporary)
@@ -84,17 +84,16 @@ def _encoded(identity, block, outputs, names, arrays, failures, seconds):
         return bytes(dataset.close())
 
 
-def _seal(identity, place, content):
-    digest = hashlib.sha256(json.dumps([identity, place], sort_keys=True).encode())
+def _seal(identity, block, content):
+    digest = hashlib.sha256(json.dumps([identity, block], sort_keys=True).encode())
     digest.update(content)
     return digest.hexdigest()[:32]
 
 
-def intact(path, identity):
-    """Whether a file holds the bytes that were written at its place, for this study and its numerics."""
-    named = NAME.fullmatch(path.name)
+def intact(path, identity, block):
+    """Whether a file holds the bytes that were written of a block, for this study and its numerics."""
     try:
-        return named is not None and _seal(identity, named["place"], path.read_bytes()) == named["seal"]
+        return _seal(identity, block, path.read_bytes()) == NAME.fullmatch(path.name)["seal"]
     except OSError:
         return False
 
@@ -119,7 +118,7 @@ def find_shards(folder, blocks, identity):
     found, bad = {}, 0
     for block in blocks:
         paths = present.get(place_of(block), ())
-        good = next((path for path in paths if intact(path, identity)), None)
+        good = next((path for path in paths if intact(path, identity, block)), None)
         if good is not None:
             found[block] = good
         bad += len(paths) > 0 and good is None

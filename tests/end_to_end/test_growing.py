@@ -1,0 +1,123 @@
+"""A study grows: what a dataset has is used again, and datasets join, without a value changing."""
+
+import copy
+import json
+
+import pytest
+from click.testing import CliRunner
+from end_to_end.conftest import CONTENT
+
+import studies
+from elastica import Status
+from studies import Study, StudyError, runner
+from studies.command_line import main
+from studies.files import content_hash, identify, opened
+from studies.merging import merge
+
+
+def part(**axes):
+    content = copy.deepcopy(CONTENT)
+    content["outputs"] = {"eigenvalues": 2}
+    content["grid"] = {"ends": ["clamped-clamped"], "H": [0.08, 0.12], "P": [1.8, 3.4, 5.0]} | axes
+    return Study.from_dict(content)
+
+
+WHOLE = part(ends=["clamped-clamped", "clamped-pinned"], H=[0.08, 0.1, 0.12], P=[1.8, 2.6, 3.4, 5.0, 9.0])
+
+
+def compute(study, out, **policy):
+    studies.run(study, out, workers=0, **policy).close()
+    return out
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    return compute(WHOLE, tmp_path_factory.mktemp("whole") / "whole.nc")
+
+
+@pytest.mark.parametrize(
+    ("old", "computed"),
+    [
+        (part(), 24),
+        (part(P=[0.5, 1.8, 9.0]), 26),
+        (part(ends=["clamped-pinned"], H=[0.1], P=[2.6]), 29),
+        (part(H=[0.3]), 30),
+        (WHOLE.model_copy(update={"study": WHOLE.study.model_copy(update={"name": "other"})}), 0),
+    ],
+)
+def test_points_that_are_there_are_not_computed_again(whole, tmp_path, monkeypatch, old, computed):
+    narrow = compute(old, tmp_path / "narrow.nc")
+    points, original = [], runner.compute_block
+    monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
+    wide = compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
+    assert sum(points) == computed
+    assert identify(wide)["content_hash"] == identify(whole)["content_hash"]
+    assert studies.check(wide, sample=30)[1] == []
+
+
+def test_a_dataset_that_lacks_outputs_or_states_is_not_reused(tmp_path):
+    poor = part().model_copy(update={"outputs": part().outputs.model_copy(update={"eigenvalues": 0})})
+    narrow = compute(poor, tmp_path / "narrow.nc")
+    with pytest.raises(StudyError, match="lacks states or outputs"):
+        compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
+    assert not (tmp_path / "wide.nc").exists()
+
+
+def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
+    first = compute(part(ends=list(WHOLE.grid.ends), H=[0.08, 0.12], P=list(WHOLE.grid.P)), tmp_path / "a.nc")
+    second = compute(part(ends=list(WHOLE.grid.ends), H=[0.1, 0.12], P=list(WHOLE.grid.P)), tmp_path / "b.nc")
+    result = CliRunner().invoke(main, ["merge", str(first), str(second), "-o", str(tmp_path / "c.nc")])
+    assert result.exit_code == 0, result.output
+    assert identify(tmp_path / "c.nc")["content_hash"] == identify(whole)["content_hash"]
+    assert identify(tmp_path / "c.nc")["study_id"] == WHOLE.study_id
+    assert studies.check(tmp_path / "c.nc", sample=30)[1] == []
+
+
+def test_points_that_no_part_holds_are_not_computed(tmp_path):
+    first = compute(part(), tmp_path / "a.nc")
+    second = compute(part(ends=["clamped-pinned"], H=[0.1]), tmp_path / "b.nc")
+    merge([first, second], tmp_path / "c.nc")
+    with studies.open(tmp_path / "c.nc") as merged:
+        held = (merged["status"] != Status.NOT_COMPUTED).any("state")
+        assert int(held.sum()) == 9
+        assert int(held.sel(ends="clamped-pinned", H=0.1).sum()) == 3
+        assert merged.attrs["points_not_computed"] == 9
+        assert (merged["preferred_state"].where(~held, -1) == -1).all()
+    assert studies.check(tmp_path / "c.nc", sample=18)[1] == []
+    with pytest.raises(StudyError, match="not computed here"):
+        study = Study.from_dict(json.loads(identify(tmp_path / "c.nc")["config_json"]))
+        runner.is_done(study, tmp_path / "c.nc")
+
+
+def altered(path, copy_to, change):
+    copy_to.write_bytes(path.read_bytes())
+    with opened(copy_to, "a") as dataset:
+        change(dataset)
+    digest = content_hash(copy_to)
+    with opened(copy_to, "a") as dataset:
+        dataset.setncattr("content_hash", digest)
+    return copy_to
+
+
+def test_conflicts_and_other_numerics_are_refused_with_names(tmp_path):
+    first = compute(part(), tmp_path / "a.nc")
+
+    def bend(dataset):
+        row = [i for i in range(dataset["status"].shape[3]) if dataset["status"][0, 1, 2, i] == 0][0]
+        dataset["energy"][0, 1, 2, row] = dataset["energy"][0, 1, 2, row] + 1e-3
+
+    other = altered(first, tmp_path / "b.nc", bend)
+    with pytest.raises(
+        StudyError, match=r"differs from .*a.nc in energy of .* at clamped-clamped H=0.12 P=5$"
+    ):
+        merge([first, other], tmp_path / "c.nc")
+    newer = altered(first, tmp_path / "d.nc", lambda dataset: dataset.setncattr("numerics_version", 999))
+    with pytest.raises(StudyError, match="numerics_version is 999 there, here 2"):
+        merge([first, newer], tmp_path / "c.nc")
+    with pytest.raises(StudyError, match="numerics_version is 999 there, here 2"):
+        compute(WHOLE, tmp_path / "wide.nc", reuse=newer)
+    damaged = tmp_path / "e.nc"
+    damaged.write_bytes(first.read_bytes()[:-300])
+    with pytest.raises(StudyError, match="e.nc"):
+        merge([first, damaged], tmp_path / "c.nc")
+    assert not (tmp_path / "c.nc").exists()
