@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Status
+from elastica.states import is_canonical
 from studies.errors import StudyError
 from studies.files import READING_FAILS, content_hash, identify, opened, read_labels, reading_limit
 from studies.provenance import describe
@@ -50,8 +51,9 @@ def read_finished(path):
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
     if content != attributes.get("content_hash"):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
-    task = study.task
-    source = Source(path, tuple(map(str, ends)), H, given, task.names, task.every_root)
+    # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
+    known = tuple(_state_labels(path)) if study.task.every_root else study.task.names
+    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False)
     return Finished(study, source, attributes)
 
 
@@ -100,7 +102,9 @@ def lend(path, study):
     file = read_finished(path)
     _refuse_unlike(study, NUMERICS_VERSION, file)
     old, new = file.study, study
-    asked = set(new.task.names) <= set(old.task.names) and new.task.every_root == old.task.every_root
+    shared = [ends for ends in new.grid.ends if ends in old.grid.ends]
+    wanted = {name for name in new.task.names if any(is_canonical(name, ends) for ends in shared)}
+    asked = wanted <= set(old.task.names) and new.task.every_root == old.task.every_root
     modes = all(
         getattr(old.outputs, name) >= getattr(new.outputs, name) for name in ("eigenvalues", "frequencies")
     )
@@ -184,7 +188,7 @@ def _refuse_conflicts(a, b):
     for ends in set(a.source.ends) & set(b.source.ends):
         for row_a, row_b in zip(*rows, strict=True):
             with opened(a.source.path) as one, opened(b.source.path) as two:
-                names = [name for name in per_state(one.variables, a.study.outputs) if name in two.variables]
+                names = [name for name in per_state(one.dimensions, a.study.outputs) if name in two.variables]
                 values = {
                     name: [
                         file.variables[name][side.source.ends.index(ends), row][which_columns][:, which]
