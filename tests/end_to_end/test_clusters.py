@@ -12,6 +12,7 @@ from end_to_end.processes import elastica
 from studies.files import identify
 
 DASK = [sys.executable, "-m", "dask"]
+LOOPBACK = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
 
 
 @pytest.fixture
