@@ -16,13 +16,13 @@ CONTENT = {
     "study": {"name": "overhead"},
     "grid": {
         "ends": ["clamped-clamped"],
-        "H": {"start": 0.05, "stop": 0.2, "num": 200},
+        "H": {"start": 0.05, "stop": 0.2, "num": 400},
         "P": {"start": 0.5, "stop": 9.0, "num": 500},
     },
     "states": {"names": ["0", "B1", "U", "U-"]},
     "outputs": {"eigenvalues": 4},
 }
-BLOCKS = 8
+BLOCKS = 20
 
 
 def main(seconds=1.0):

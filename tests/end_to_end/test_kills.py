@@ -19,8 +19,8 @@ BLOCKS = 200
 TEXT = (
     TOML.replace("num = 5", "num = 10")
     .replace("num = 12", "num = 10")
-    .replace("max_contacts = 1", 'names = ["0", "B1", "U", "U-"]')
-    .replace("eigenvalues = 3\nshapes = 11", "eigenvalues = 2")
+    .replace("max_contacts = 1", 'names = ["0", "U"]')
+    .replace("eigenvalues = 3\nshapes = 11", "eigenvalues = 0")
 )
 IN_FLIGHT = 6
 """Blocks that two workers may have begun, or finished without the client's knowing."""
