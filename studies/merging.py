@@ -47,12 +47,12 @@ def read_finished(path):
         with opened(path) as file:
             axes = ("ends", "H", control_of(file.dimensions))
             ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
+        # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
+        known = tuple(_state_labels(path)) if study.task.every_root else study.task.names
     except (*READING_FAILS, Lost) as problem:
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
     if content != attributes.get("content_hash"):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
-    # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
-    known = tuple(_state_labels(path)) if study.task.every_root else study.task.names
     source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False)
     return Finished(study, source, attributes)
 

@@ -94,10 +94,10 @@ def test_failures_say_where_on_the_shortening_axis(study, tmp_path, monkeypatch)
 
     original = evaluate.solve
 
-    def poisoned(name, *, shortening, H, ends):
+    def poisoned(name, *, shortening, **arguments):
         if name == "B1" and (shortening == 0.04).any():
             raise ZeroDivisionError("poison")
-        return original(name, shortening=shortening, H=H, ends=ends)
+        return original(name, shortening=shortening, **arguments)
 
     monkeypatch.setattr(evaluate, "solve", poisoned)
     quick = study.model_copy(update={"states": study.states.model_copy(update={"names": ("0", "B1")})})
