@@ -3,13 +3,16 @@
 Each free segment is one element with the two linear vertex functions and integrated Legendre polynomials
 as bubbles; these are orthonormal in ∫φ'g', so the stiffness of an element is
 
-             v₀   v₁   bubbles
-        v₀ [  1   −1     0   ]
-    1/ℓ v₁ [ −1    1     0   ]      contacts and pinned ends share a vertex, clamps and the ends of
-  bubbles  [  0    0     I   ]      lines drop it; the reaction adds μ/κ to a contact's vertex
+             v₀  bubbles  v₁
+        v₀ [  1     0     −1 ]
+ 1/ℓ bubbles [ 0    I      0 ]      contacts and pinned ends share a vertex, clamps and the ends of
+        v₁ [ −1     0      1 ]      lines drop it; the reaction adds μ/κ to a contact's vertex
 
-and Q differs from it by something compact. Each segment's height constraint is eliminated by an orthogonal
-basis of its null space.
+and Q differs from it by something compact. In this order the unknowns of each element lie side by side.
+Each segment's height constraint turns into one unknown by a reflection, and is dropped with it.
+
+How many bubbles: θ has poles K'(m) off the real axis of its phase √F s, so on a segment of phase L
+eigenvalues converge as exp(−2n asinh(2K'/L)). Shallow segments have distant poles and need few.
 
 The rotation φ moves the strip by η = ∫ φ (−sin θ, cos θ) ds from end A on. Across, η starts and ends at 0 in
 every segment; along, it adds up from segment to segment, and flat stretches go along with it.
@@ -21,20 +24,28 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.legendre import leggauss, legvander
+from scipy.special import ellipkm1
 
 from elastica.codes import Status
 from elastica.elliptic import jacobi
 from elastica.equilibrium import pendulums_of
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import Kind, start_phase, swing_at
+from elastica.segments import TINY, Kind, Pendulum, start_phase, swing_at
 from elastica.shapes import WALL
 from elastica.states import Segment
 
-TERMS_FOR_PHASE = {6.8: 32, 10.0: 48, 14.0: 66, 18.0: 84, 24.0: 112, 50.0: 232, 80.0: 372}
-"""Bubbles per element for a pendulum phase L = √F ℓ up to the key. The pendulum's poles lie K' ≥ π/2 off the
-real axis, so (without a margin) eigenvalues converge as exp(−2n asinh(π/L)) for n bubbles."""
-STRAIGHT_PHASE = 1 / 4
-"""A straight strip has no poles: L/2 bubbles and some more resolve its waves."""
+TRUNCATION = 1e-11
+"""Relative error that is left to the poles of θ where F = π²; it falls as F⁻², since eigenvalues near
+zero are differences of terms ∝ F, and squared frequencies of terms ∝ F²."""
+MORE_TERMS = 6
+"""Bubbles beyond those, and beyond half a bubble per radian of phase, that the lowest eigenvalues need: at
+most 5 did in 800 random states of ten kinds."""
+TERMS_ROUNDED_TO = 2
+"""Points with about as many terms share a batch."""
+LONGEST_PHASE = 80.0
+"""Longer segments are left out."""
+STRAIGHT_PHASE = 320.0
+"""The same for the straight strip, which has no poles."""
 BATCH_ENTRIES = 100_000
 """Matrix entries of a batch: larger ones leave the cache."""
 STRAIGHT = Segment(Kind(0, 1), 0, 0)
@@ -54,8 +65,7 @@ class Elements(NamedTuple):
 
     `sides` is −1 for mirrored segments, `flats` the length that lies flat in front of each.
     `vertex[i]` belongs to the start of segment i, the last one to the end of the chain: None where
-    φ = 0, otherwise a `Contact`; pinned ends have no reaction. `constrained` says whether the height
-    of each segment is held.
+    φ = 0, otherwise a `Contact`; pinned ends have no reaction.
     """
 
     kinds: list
@@ -65,7 +75,6 @@ class Elements(NamedTuple):
     lengths: list
     flats: list
     vertex: list
-    constrained: bool = True
 
     def part(self, first, last):
         """Segments first … last − 1."""
@@ -117,20 +126,35 @@ def chains(solution, count, halved=False, contacts_move=True):
             lam,
             lengths,
         )
-        shorter = STRAIGHT_PHASE if state.straight else 1 / 2 if halved else 1
-        phase = (np.sqrt(np.hypot(p[:, None], lam)) * lengths * shorter).max(axis=1, initial=0)
-        lower = -1.0
-        for upper, terms in TERMS_FOR_PHASE.items():
-            group = np.flatnonzero((phase > lower) & (phase <= upper))
-            lower = upper
-            batch = max(1, BATCH_ENTRIES // (terms * len(segments)) ** 2)
+        pendulums = pendulums_of(segments, fields[0], fields[1], lam.T)
+        terms = _terms(pendulums, lengths.T / 2 if halved else lengths.T, state.straight)
+        # Each segment has its share of the half waves of the highest mode, with π/2 bubbles for each.
+        waves = -(-2 * (count + 1) // len(segments))
+        for number in np.unique(terms[terms > 0]):
+            group = np.flatnonzero(terms == number)
+            batch = max(1, BATCH_ENTRIES // (number * len(segments)) ** 2)
             for some in np.split(group, range(batch, group.size, batch)):
-                if some.size:
-                    elements = _chain(solution, segments, contacts_move, *(field[some] for field in fields))
-                    yield points[some], segments, elements, terms + count
+                own = [Pendulum(*(field[some] for field in q)) for q in pendulums]
+                elements = _chain(solution, segments, contacts_move, own, *(field[some] for field in fields))
+                yield points[some], segments, elements, int(number) + waves
 
 
-def _chain(solution, segments, contacts_move, p, kappa, flat_length, lam, lengths):
+def _terms(pendulums, lengths, straight):
+    """Bubbles per element that the poles and waves of a shape ask for, shape (n,); 0: too many."""
+    longest, poles = 0.0, 0.0
+    for q, ell in zip(pendulums, lengths, strict=True):
+        phase = q.r * ell
+        longest = np.maximum(longest, phase)
+        if not straight:
+            distance = 2 * ellipkm1(np.maximum(q.m, TINY)) / phase
+            digits = 2 * np.log(np.maximum(q.F / np.pi**2, 1.0)) - np.log(TRUNCATION)
+            poles = np.maximum(poles, digits / (2 * np.arcsinh(distance)))
+    terms = np.maximum(poles, longest / 2) + MORE_TERMS
+    terms = TERMS_ROUNDED_TO * np.ceil(terms / TERMS_ROUNDED_TO)
+    return np.where(longest <= (STRAIGHT_PHASE if straight else LONGEST_PHASE), terms, 0).astype(int)
+
+
+def _chain(solution, segments, contacts_move, pendulums, p, kappa, flat_length, lam, lengths):
     """The elements of a batch of points that share their segments."""
     state, ends = solution.state, solution.ends
     edge = [None if end.clamped else Contact(np.full_like(p, end.stiffness), np.ones_like(p)) for end in ends]
@@ -147,7 +171,7 @@ def _chain(solution, segments, contacts_move, p, kappa, flat_length, lam, length
         [segment.kind for segment in segments],
         [False] if state.straight else list(state.reversed_segments(ends)),
         sides,
-        pendulums_of(segments, p, kappa, lam.T),
+        pendulums,
         list(lengths.T),
         [np.zeros_like(p), *(flat for _ in walls)],
         [edge[0], *contacts, edge[1]],
@@ -155,7 +179,7 @@ def _chain(solution, segments, contacts_move, p, kappa, flat_length, lam, length
 
 
 def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
-    """Matrices of Q and of its weight on the φ that keep the constraints.
+    """Matrices of Q and of its weight, and the heights and the shortening that φ has to keep.
 
     Parameters
     ----------
@@ -168,37 +192,36 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
 
     Returns
     -------
-    Q, weight : ndarray, shape (n, size, size)
+    Forms
     """
-    vertices = [i for i, spring in enumerate(elements.vertex) if spring is not None]
     count = len(elements.kinds)
-    size = len(vertices) + terms * count
-    n = elements.lengths[0].size
+    free = [vertex is not None for vertex in elements.vertex]
+    # Unknowns come in the order vertex, bubbles, vertex, bubbles, …, vertex without those that are held.
+    vertex_place = [sum(free[:i]) + i * terms for i in range(count + 1)]
+    n, size = elements.lengths[0].size, sum(free) + terms * count
     Q, weight = np.zeros((2, n, size, size))
     constraints = np.zeros((n, size, count + fixed_shortening))
     carried = np.zeros((n, size)) if inertia else None
     for i, ell in enumerate(elements.lengths):
-        local = [v for v in (0, 1) if i + v in vertices]
-        place = [vertices.index(i + v) for v in local]
-        place += range(len(vertices) + i * terms, len(vertices) + (i + 1) * terms)
-        local += range(2, terms + 2)
+        local = slice(0 if free[i] else 1, terms + 2 if free[i + 1] else terms + 1)
+        place = slice(vertex_place[i], vertex_place[i + 1] + free[i + 1])
         thrust, theta = _profile(elements, i, terms)
-        stiffness, mass, height = _element(thrust, theta, ell, terms)
-        block, rows = np.ix_(range(n), place, place), np.ix_(local, local)
-        Q[block] += stiffness[:, rows[0], rows[1]]
-        constraints[:, place, i] = height[:, local]
+        Q[:, place, place] += _stiffness(thrust, ell, terms)[:, local, local]
+        constraints[:, place, i] = _integral(np.cos(theta), ell, terms)[:, local]
         if inertia:
-            mass, drift, end = (part[..., local] for part in _moving(theta, ell, terms))
-            _add_drift(weight, carried, place, drift, ell + elements.flats[i])
-            carried[:, place] += end
-            weight[block] += mass[:, local]
+            mass, drift, end = _moving(theta, ell, terms)
+            _add_drift(weight, carried, place, drift[:, local], ell + elements.flats[i])
+            carried[:, place] += end[:, local]
+            weight[:, place, place] += mass[:, local, local]
         else:
-            weight[block] += mass[:, rows[0], rows[1]]
+            weight[:, place, place] += ell[:, None, None] * _reference(terms)[4][local, local]
         if fixed_shortening:
             constraints[:, place, -1] += _integral(np.sin(theta), ell, terms)[:, local]
-    for place, vertex in enumerate(vertices):
+    for place, vertex in zip(vertex_place, elements.vertex, strict=True):
+        if vertex is None:
+            continue
         # In the unit of rotation 1/√(1 + μℓ/κ) the stiffness μ/κ stays finite as κ → 0.
-        reaction, kappa = elements.vertex[vertex]
+        reaction, kappa = vertex
         total = kappa + np.abs(reaction) * elements.lengths[0]
         unit = np.sqrt(kappa / total)[:, None]
         for matrix in (Q, weight):
@@ -206,11 +229,51 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
             matrix[:, :, place] *= unit
         constraints[:, place, :] *= unit
         Q[:, place, place] += reaction / total
-    if not elements.constrained:
-        return Q, weight
-    basis = np.linalg.qr(constraints, mode="complete")[0][:, :, constraints.shape[2] :]
-    across = basis.transpose(0, 2, 1)
-    return across @ Q @ basis, across @ weight @ basis
+    return Forms(Q, weight, constraints)
+
+
+class Forms(NamedTuple):
+    """Matrices of Q and of its weight, shape (n, size, size), and columns to keep to, (n, size, k)."""
+
+    Q: np.ndarray
+    weight: np.ndarray
+    constraints: np.ndarray
+
+    @property
+    def with_end_held(self):
+        """The same with the last vertex held, where it was free."""
+        return Forms(self.Q[:, :-1, :-1], self.weight[:, :-1, :-1], self.constraints[:, :-1])
+
+    @property
+    def constrained(self):
+        """Q and its weight on the φ that keep the constraints."""
+        return _constrained(*self)
+
+
+def _constrained(Q, weight, constraints):
+    """Both matrices on the vectors orthogonal to the columns of `constraints`.
+
+    A reflection I − vvᵀ, |v|² = 2, turns a constraint into the first unknown, which is left out; then the
+    next one.
+    """
+    for column in range(constraints.shape[2]):
+        v = constraints[:, :, column].copy()
+        norm = np.maximum(np.sqrt((v * v).sum(axis=1)), TINY)
+        v /= norm[:, None]
+        v[:, 0] += np.where(v[:, 0] < 0, -1.0, 1.0)
+        v /= np.sqrt(np.abs(v[:, :1]))
+        constraints = constraints - v[:, :, None] * (v[:, None, :] @ constraints)
+        constraints = constraints[:, 1:]
+        Q, weight = (_reflected(matrix, v) for matrix in (Q, weight))
+    return Q, weight
+
+
+def _reflected(matrix, v):
+    """(I − vvᵀ) matrix (I − vvᵀ) of a symmetric matrix, without its first row and column."""
+    w = (matrix @ v[:, :, None])[:, :, 0]
+    w -= 0.5 * (v * w).sum(axis=1)[:, None] * v
+    v, w = v[:, 1:], w[:, 1:]
+    return matrix[:, 1:, 1:] - (np.stack([v, w], axis=2) @ np.stack([w, v], axis=1))
 
 
 def lowest(Q, weight, shift):
@@ -257,12 +320,11 @@ def _profile(elements, i, terms):
     return q.F[:, None] * np.cos(psi), theta
 
 
-def _element(thrust, theta, ell, terms):
-    """Q, ∫φ² and height constraint of one segment, local order v₀, v₁, bubbles."""
-    _, weights, basis, stiffness, mass = _reference(terms)
+def _stiffness(thrust, ell, terms):
+    """∫φ'g' − thrust φg over one segment, local order v₀, bubbles, v₁."""
+    _, weights, basis, stiffness, _ = _reference(terms)
     weighted = basis.T * (weights * ell[:, None] * thrust)[:, None, :]
-    Q = stiffness / ell[:, None, None] - weighted @ basis
-    return Q, mass * ell[:, None, None], _integral(np.cos(theta), ell, terms)
+    return stiffness / ell[:, None, None] - weighted @ basis
 
 
 def _integral(factor, ell, terms):
@@ -297,7 +359,7 @@ def _add_drift(weight, carried, place, drift, length):
 
 @cache
 def _reference(terms):
-    """Quadrature and the basis v₀, v₁, integrated Legendre bubbles on [0, 1].
+    """Quadrature and the basis v₀, integrated Legendre bubbles, v₁ on [0, 1].
 
     Returns
     -------
@@ -310,9 +372,9 @@ def _reference(terms):
     legendre = legvander(x, terms + 1)
     k = np.arange(1, terms + 1)
     bubbles = (legendre[:, 2:] - legendre[:, :-2]) / (2 * np.sqrt(2 * k + 1))
-    basis = np.column_stack([1 - points, points, bubbles])
+    basis = np.column_stack([1 - points, bubbles, points])
     stiffness = np.eye(terms + 2)
-    stiffness[0, 1] = stiffness[1, 0] = -1
+    stiffness[0, -1] = stiffness[-1, 0] = -1
     return points, weights, basis, stiffness, (basis.T * weights) @ basis
 
 

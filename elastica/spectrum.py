@@ -100,40 +100,40 @@ def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False):
     halved = bool(state.mode) and solution.ends.alike and not fixed_shortening
     for points, segments, elements, terms in chains(solution, count, halved, contacts_move):
         if fixed_shortening:
-            zeros = sliding(elements.kinds) if state.line else 0
-            values = [_spectrum(elements, terms, zeros, fixed_shortening)]
+            whole = quadratic_forms(elements, terms, fixed_shortening=True).constrained
+            values = [_lowest(elements, whole, sliding(elements.kinds) if state.line else 0)]
+        elif state.line:
+            # φ = 0 where a line begins and ends: segments do not talk.
+            alone = [elements.part(i, i + 1) for i in range(len(segments))]
+            values = [
+                _lowest(part, quadratic_forms(part, terms).constrained, sliding(part.kinds)) for part in alone
+            ]
         else:
-            values = [_spectrum(part, terms, zeros) for part, zeros in _parts(solution, segments, elements)]
+            values = [_lowest(elements, part) for part in _parts(solution, segments, elements, terms, halved)]
         result[points] = np.sort(np.concatenate(values, axis=1), axis=1)[:, :count]
     return result.reshape(*solution.status.shape, count)
 
 
-def _parts(solution, segments, elements):
-    """Parts of a chain that do not talk, each with the number of its exact zeros."""
-    state, ends = solution.state, solution.ends
+def _parts(solution, segments, elements, terms, halved):
+    """Q and its weight of a chain without lines, where it is symmetric by halves: even and odd modes."""
     last = len(segments)
-    if state.line:
-        parts = [elements.part(i, i + 1) for i in range(last)]
-        return [(part, sliding(part.kinds)) for part in parts]
-    if last % 2 == 0 and state.symmetric(ends) and segments == segments[::-1]:
-        half = elements.part(0, last // 2)
-        middle = half.vertex[-1]
-        even = half._replace(vertex=[*half.vertex[:-1], middle._replace(reaction=middle.reaction / 2)])
-        odd = half._replace(vertex=[*half.vertex[:-1], None])
-        return [(even, 0), (odd, 0)]
-    if state.mode and ends.alike:
+    if halved:
         # Halves of the only segment; odd modes keep the height of the ends by themselves.
         ell = elements.lengths[0]
         free = Contact(np.zeros_like(ell), np.ones_like(ell))
-        even = elements._replace(lengths=[ell / 2], vertex=[elements.vertex[0], free])
-        odd = even._replace(vertex=[elements.vertex[0], None], constrained=False)
-        return [(even, 0), (odd, 0)]
-    return [(elements, 0)]
+        half = quadratic_forms(elements._replace(lengths=[ell / 2], vertex=[elements.vertex[0], free]), terms)
+        return [half.constrained, half.with_end_held[:2]]
+    if last % 2 == 0 and solution.state.symmetric(solution.ends) and segments == segments[::-1]:
+        half = elements.part(0, last // 2)
+        middle = half.vertex[-1]
+        middle = middle._replace(reaction=middle.reaction / 2)
+        half = quadratic_forms(half._replace(vertex=[*half.vertex[:-1], middle]), terms)
+        return [half.constrained, half.with_end_held.constrained]
+    return [quadratic_forms(elements, terms).constrained]
 
 
-def _spectrum(elements, terms, zeros, fixed_shortening=False):
-    """Eigenvalues of one chain of elements, ascending, `zeros` of them known to vanish."""
-    Q, mass = quadratic_forms(elements, terms, fixed_shortening=fixed_shortening)
+def _lowest(elements, forms, zeros=0):
+    """Eigenvalues of Q with its weight, ascending, `zeros` of them known to vanish."""
     # Q ≥ −F ∫φ², since the reactions of a solved state push.
     shift = np.max([q.F for q in elements.pendulums], axis=0)
-    return with_zeros(lowest(Q, mass, shift), zeros)
+    return with_zeros(lowest(*forms, shift), zeros)

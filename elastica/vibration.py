@@ -48,7 +48,7 @@ def frequencies(solution, count, fixed_shortening=False):
     fixed_shortening = fixed_shortening and not solution.state.straight
     result = np.full((solution.status.size, count), np.nan)
     for points, _, elements, terms in chains(solution, count):
-        Q, inertia = quadratic_forms(elements, terms, True, fixed_shortening)
+        Q, inertia = quadratic_forms(elements, terms, True, fixed_shortening).constrained
         widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
         squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
         squares = with_zeros(squares, sliding(elements.kinds) if solution.state.line else 0)[:, :count]
