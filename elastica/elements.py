@@ -87,7 +87,7 @@ def check_count(count):
         raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
 
 
-def chains(solution, count, halved=False, contacts_move=True):
+def chains(solution, count, halved=False, contacts_move=True, terms=None):
     """The solved points of a solution in batches, each with its chain of elements.
 
     Parameters
@@ -99,6 +99,8 @@ def chains(solution, count, halved=False, contacts_move=True):
         Whether the only segment will be cut in two.
     contacts_move : bool
         False leaves out the sum over contacts in Q.
+    terms : int, optional
+        Bubbles per element, for all shapes; by default as many as each shape needs.
 
     Yields
     ------
@@ -127,11 +129,13 @@ def chains(solution, count, halved=False, contacts_move=True):
             lengths,
         )
         pendulums = pendulums_of(segments, fields[0], fields[1], lam.T)
-        terms = _terms(pendulums, lengths.T / 2 if halved else lengths.T, state.straight)
+        needed = _terms(pendulums, lengths.T / 2 if halved else lengths.T, state.straight)
         # Each segment has its share of the half waves of the highest mode, with π/2 bubbles for each.
         waves = -(-2 * (count + 1) // len(segments))
-        for number in np.unique(terms[terms > 0]):
-            group = np.flatnonzero(terms == number)
+        if terms is not None:
+            needed, waves = np.where(needed > 0, terms, 0), 0
+        for number in np.unique(needed[needed > 0]):
+            group = np.flatnonzero(needed == number)
             batch = max(1, BATCH_ENTRIES // (number * len(segments)) ** 2)
             for some in np.split(group, range(batch, group.size, batch)):
                 own = [Pendulum(*(field[some] for field in q)) for q in pendulums]

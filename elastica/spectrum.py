@@ -15,7 +15,7 @@ from elastica.euler import euler_root
 from elastica.scales import FOUR_PI_SQUARED
 
 
-def eigenvalues(solution, count, fixed_shortening=False):
+def eigenvalues(solution, count, fixed_shortening=False, terms=None):
     """The `count` lowest eigenvalues of Q at every solved point of a solution.
 
     Parameters
@@ -26,6 +26,9 @@ def eigenvalues(solution, count, fixed_shortening=False):
     fixed_shortening : bool
         Only rotations that keep ΔL to first order, ∫ sin θ φ ds = 0, as under shortening control. Of the
         straight strip all of them do.
+    terms : int, optional
+        Legendre terms in each element, to see how eigenvalues converge; at least as many as `count`. By
+        default as many as each shape needs.
 
     Returns
     -------
@@ -40,7 +43,7 @@ def eigenvalues(solution, count, fixed_shortening=False):
         If `count` is not a positive whole number.
     """
     check_count(count)
-    return _eigenvalues(solution, count, fixed_shortening=fixed_shortening)
+    return _eigenvalues(solution, count, fixed_shortening=fixed_shortening, terms=terms)
 
 
 class Conventional(NamedTuple):
@@ -88,7 +91,7 @@ def conventional(solution, count=1):
     return Conventional(values[..., :count], index, stable)
 
 
-def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False):
+def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False, terms=None):
     """Lowest eigenvalues of Q, shape (..., count)."""
     result = np.full((solution.status.size, count), np.nan)
     state = solution.state
@@ -98,7 +101,7 @@ def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False):
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*solution.status.shape, count)
     halved = bool(state.mode) and solution.ends.alike and not fixed_shortening
-    for points, segments, elements, terms in chains(solution, count, halved, contacts_move):
+    for points, segments, elements, terms in chains(solution, count, halved, contacts_move, terms):
         if fixed_shortening:
             whole = quadratic_forms(elements, terms, fixed_shortening=True).constrained
             values = [_lowest(elements, whole, sliding(elements.kinds) if state.line else 0)]
