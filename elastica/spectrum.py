@@ -101,18 +101,18 @@ def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False, te
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*solution.status.shape, count)
     halved = bool(state.mode) and solution.ends.alike and not fixed_shortening
-    for points, segments, elements, terms in chains(solution, count, halved, contacts_move, terms):
+    for points, segments, elements, size in chains(solution, count, halved, contacts_move, terms):
         if fixed_shortening:
-            whole = quadratic_forms(elements, terms, fixed_shortening=True).constrained
+            whole = quadratic_forms(elements, size, fixed_shortening=True).constrained
             values = [_lowest(elements, whole, sliding(elements.kinds) if state.line else 0)]
         elif state.line:
             # φ = 0 where a line begins and ends: segments do not talk.
             alone = [elements.part(i, i + 1) for i in range(len(segments))]
             values = [
-                _lowest(part, quadratic_forms(part, terms).constrained, sliding(part.kinds)) for part in alone
+                _lowest(part, quadratic_forms(part, size).constrained, sliding(part.kinds)) for part in alone
             ]
         else:
-            values = [_lowest(elements, part) for part in _parts(solution, segments, elements, terms, halved)]
+            values = [_lowest(elements, part) for part in _parts(solution, segments, elements, size, halved)]
         result[points] = np.sort(np.concatenate(values, axis=1), axis=1)[:, :count]
     return result.reshape(*solution.status.shape, count)
 

@@ -429,14 +429,29 @@ def plot(file, kind, output):
 
 @main.command()
 @click.option("-o", "--output", type=click.Path(path_type=Path), default=".", help="Folder of the report.")
-@click.option("--quick", is_flag=True, help="Fewer repeats.")
-def accuracy(output, quick):
-    """Measure speed against error, beside SciPy's solve_bvp."""
-    from studies.benchmark import benchmark, report
-    from studies.errors import StudyError
+@click.option("--quick", is_flag=True, help="Fewer settings and repeats: less than a minute.")
+@click.option("--method", "names", multiple=True, help="Only this method; may be repeated. Default: all.")
+def accuracy(output, quick, names):
+    """Measure speed against error of every method here, beside SciPy, IPOPT and dense algebra."""
+    from studies.accuracy.files import Folder
+    from studies.accuracy.measure import QUICK_ROUNDS, ROUNDS, methods, rounds
 
-    if not output.is_dir() or not os.access(output, os.W_OK):
-        raise StudyError(f"{output}: this folder does not exist or cannot be written to")
-    text = report(benchmark(quick))
-    (output / "accuracy.md").write_text(text, encoding="utf-8")
-    click.echo(text)
+    folder = Folder.checked(output)
+    chosen, skipped = methods(names, quick)
+    for line in skipped:
+        click.echo(line, err=True)
+    count, done = QUICK_ROUNDS if quick else ROUNDS, 0
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
+    try:
+        for seconds, error in rounds(chosen, count):
+            folder.keep(chosen, seconds, error)
+            done += 1
+            click.echo(f"round {done} of {count}", err=True)
+        if not names:
+            folder.add_floor(quick)
+    except (KeyboardInterrupt, SystemExit):
+        if done:
+            folder.finish()
+        click.echo(f"stopped; {done} of {count} rounds are kept in {output}", err=True)
+        sys.exit(INTERRUPTED)
+    click.echo(folder.finish(), nl=False)
