@@ -127,7 +127,7 @@ def settle(segments, H, k, p, lam, target=None, bracket=None):
         if target is not None:
             missing = b.shorter - target[live] - b.shorter_load / b.excess_load * b.excess
             step_k = -missing / b.shortening_k
-            step_k = bracket.confine(live, k[live], missing, step_k)
+            step_k, _ = bracket.confine(live, k[live], missing, np.ones(live.size, bool), step_k)
         step_load = -(b.excess + b.excess_k * step_k) / b.excess_load
         step_lam = b.across + b.along_k * step_k + b.along_load * step_load
         size = np.maximum(np.abs(step_lam).max(axis=0), np.abs(step_load))

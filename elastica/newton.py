@@ -78,16 +78,20 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
         arrow = arrow_system(segments, p_, H[live], kappa_, lam_)
         step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
+        rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
+        replaced = np.zeros(live.size, bool)
         if bracket is not None:
-            step_kappa = bracket.confine(live, kappa_, arrow.excess, step_kappa)
+            known = _sign_known(arrow.excess, rises)
+            step_kappa, replaced = bracket.confine(live, kappa_, arrow.excess, known, step_kappa)
         step_lam = arrow.across + arrow.along * step_kappa
         size = _relative(step_kappa, step_lam, p_, kappa_, lam_)
         step_kappa, step_lam = _stay_inside(p_, kappa_, lam_, step_kappa, step_lam)
         roots.kappa[live] = kappa_ + step_kappa
         roots.lam[:, live] = lam_ + step_lam
-        converged = _small(size) | (_stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess)))
+        # A step to the middle is small when the interval is, whatever is in it.
+        converged = _small(size) & (~replaced | _met(arrow.excess))
+        converged |= _stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess))
         if not fixed_kappa:
-            rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
             converged |= _exact(arrow.excess) & _small(rises)
         roots.found[live] = converged
         previous[live] = size
@@ -128,13 +132,27 @@ class Bracket(NamedTuple):
     high: np.ndarray
     sign_at_low: np.ndarray
 
-    def confine(self, points, kappa, excess, step):
-        """Narrow the interval at `points` by what was found at `kappa`, and keep the step inside."""
+    def confine(self, points, kappa, excess, known, step):
+        """Narrow the interval at `points` by what was found at `kappa`, and keep the step inside.
+
+        Parameters
+        ----------
+        points : ndarray of int, shape (n,)
+        kappa, excess, step : ndarray, shape (n,)
+        known : ndarray of bool, shape (n,)
+            Whether the excess has a sign that counts.
+
+        Returns
+        -------
+        step : ndarray, shape (n,)
+        replaced : ndarray of bool, shape (n,)
+            Whether it is one to the middle.
+        """
         right = np.sign(excess) == self.sign_at_low[points]
-        low = self.low[points] = np.where(right, kappa, self.low[points])
-        high = self.high[points] = np.where(right, self.high[points], kappa)
+        low = self.low[points] = np.where(known & right, kappa, self.low[points])
+        high = self.high[points] = np.where(known & ~right, kappa, self.high[points])
         leaves = ~((kappa + step >= low) & (kappa + step <= high))
-        return np.where(leaves, 0.5 * (low + high) - kappa, step)
+        return np.where(leaves, 0.5 * (low + high) - kappa, step), leaves
 
 
 def regular(segments, p, roots, sign):
@@ -200,6 +218,14 @@ def _relative(step_kappa, step_lam, p, kappa, lam):
 def _small(size):
     """Quadratic convergence: the step after one of 1e-9 is below rounding."""
     return size < 1e-9
+
+
+def _sign_known(excess, rises):
+    """Whether rises that are off by the relative size `rises` leave the sign of the excess to second order.
+
+    Near a fold the excess is tiny on both sides of the root.
+    """
+    return np.abs(excess) > 10 * rises**2
 
 
 def _met(excess):

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.elliptic import integrals
-from elastica.newton import Bracket, Roots, arrow_system, below_right_angles, newton, total_length
+from elastica.newton import ROUNDING, Bracket, Roots, arrow_system, below_right_angles, newton, total_length
 from elastica.segments import arc, below_right_angle, geometry, pendulum, steepest
 
 NODES = 32
@@ -34,7 +34,7 @@ BEYOND = 2.0
 """Angle in radians up to which scaled tables go, so that they can be interpolated at 90°."""
 LARGEST_RISE = 3.3054 / 4
 """√p times the rise at κ = 0 and 90°, a quarter of a period's."""
-LINE_FOLD = 0.528160307318
+LINE_FOLD = 0.5281603073179724
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
 beyond it there are none. A segment from a pin ends at half of it."""
 LINE_FOLD_ANGLE = np.radians(47.761)
@@ -62,7 +62,7 @@ def line_force(segment, p, H):
         phase, jump = phase - eta, np.cos(eta)
         fold = np.inf
     start = p * root_p * rise * H / (phase + jump)
-    below = np.flatnonzero((rise * H * root_p / (2 * np.pi) <= fold * (1 + 1e-9)) & (p > 0))
+    below = np.flatnonzero((rise * H * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0))
     p, H = p[below], H[below]
     line = newton({segment: 1}, p, H, np.zeros_like(p), start[None, below], fixed_kappa=True)
     before_fold = geometry(arc(kind, pendulum(p, line.kappa, line.lam[0]))).rise_lam > 0

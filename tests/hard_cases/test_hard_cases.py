@@ -1,0 +1,94 @@
+"""More than a thousand hard cases against stored answers: right, honestly `critical`, or wrong."""
+
+import json
+from collections import Counter, defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hard_cases.make_hard_cases import FAMILIES
+
+import elastica
+from elastica import Stability, Status
+from elastica.scales import FOUR_PI_SQUARED
+
+CASES = json.loads((Path(__file__).parent / "hard_cases.json").read_text())
+
+
+@pytest.fixture(scope="module")
+def audit():
+    """Outcome of every case, and true errors with their bounds."""
+    groups = defaultdict(list)
+    for record in CASES:
+        groups[record["state"], record["ends"]].append(record)
+    outcomes, wrong, errors = Counter(), [], []
+    for (state, ends), records in groups.items():
+        P, H = (np.array([record[key] for record in records]) for key in "PH")
+        s = elastica.solve(state, P=P, H=H, ends=ends)
+        for i, record in enumerate(records):
+            verdict = judge(s, i, record)
+            if "kappa" in record and s.status[i] in (Status.SOLVED, Status.INADMISSIBLE):
+                errors.append((true_error(s, i, record), s.error[i]))
+                digits = "right digits" if errors[-1][0] <= max(errors[-1][1], 1e-12) else "wrong"
+                outcomes[digits] += 1
+                if digits == "wrong":
+                    wrong.append((record, errors[-1]))
+            outcomes[verdict] += 1
+            if verdict == "wrong":
+                found = [Status(int(s.status[i])).name, int(s.stability[i]), int(s.index[i]), s.curvature[i]]
+                wrong.append((record, found))
+    return outcomes, wrong, np.array(errors)
+
+
+def judge(s, i, record):
+    """Right, critical where doubles cannot decide, or wrong."""
+    status, stability = Status(int(s.status[i])), Stability(int(s.stability[i]))
+    if s.periods[i].any():
+        # Beyond a fold the name passes to a state with further periods.
+        status = Status.NO_EQUILIBRIUM
+    if stability == Stability.CRITICAL and record["status"] != "no_equilibrium":
+        return "critical"
+    same = status.name.lower() == record["status"]
+    if not same or "stability" not in record:
+        return "right verdict" if same else "wrong"
+    right = stability.name.lower() == record["stability"] and s.index[i] == record["index"]
+    return "right verdict" if right else "wrong"
+
+
+def true_error(s, i, record):
+    """The largest of |δκ|/√p, |δℓ| and |δV|/|V|."""
+    lengths = np.array(record["lengths"])
+    return max(
+        abs(s.curvature[i] - record["kappa"]) / np.sqrt(FOUR_PI_SQUARED * record["P"]),
+        np.abs(s.lengths[i][: lengths.size] - lengths).max(),
+        abs(s.energy[i] / record["energy"] - 1),
+    )
+
+
+def test_nothing_is_wrong(audit, record_property):
+    outcomes, wrong, _ = audit
+    record_property("outcomes", dict(outcomes))
+    print(dict(outcomes))
+    assert len(CASES) >= 1000
+    assert not wrong, wrong[:5]
+
+
+def test_critical_is_rare_and_near_a_transition(audit):
+    outcomes, _, _ = audit
+    assert outcomes["critical"] <= 0.03 * len(CASES)
+
+
+def test_the_error_estimate_bounds_the_true_error_and_is_not_idle(audit):
+    true, bound = audit[2].T
+    assert (true <= bound).mean() >= 0.99
+    assert np.median(bound / np.maximum(true, np.finfo(float).eps / 4)) <= 1000
+
+
+def test_every_family_can_be_computed_again(rng, full):
+    """The stored answers are those of the script; of each family the first few, or all."""
+    stored = {json.dumps(record) for record in CASES}
+    for family in FAMILIES:
+        for number, record in enumerate(family()):
+            if number >= 2 and not full:
+                break
+            assert json.dumps(record) in stored
