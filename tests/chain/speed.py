@@ -1,7 +1,12 @@
-"""Run as a script: time per solve and per index against the number of links, beside the dense procedure."""
+"""Run as a script: time per solve and per index against the number of links, beside the dense procedure.
 
+python tests/chain/speed.py [FIGURE.png]
+"""
+
+import sys
 import time
 
+import matplotlib.pyplot as plt
 import numpy as np
 
 import elastica
@@ -44,7 +49,7 @@ def dense_procedure(state):
 
 def main():
     exact = elastica.solve("U", P=[P], H=H)
-    rows = []
+    rows, dense = [], []
     for n in LINKS:
         strip = strip_of(n, Profile(), parse_ends("clamped-clamped"))
         target = Target(H, FOUR_PI_SQUARED * P, None)
@@ -59,6 +64,7 @@ def main():
         )
         if n in DENSE:
             newton, index = dense_procedure(state)
+            dense.append((n, newton, index))
             ratio = (newton + index) / (solving + judging)
             line += f"   dense {1e3 * newton:7.1f} + {1e3 * index:7.1f}: {ratio:.0f} times"
         print(line, "ms", flush=True)
@@ -66,6 +72,21 @@ def main():
     for name, column in zip(("solve", "index", "eigenvalues"), table.T[1:], strict=True):
         print(f"slope of {name}: {np.polyfit(table[:, 0], column, 1)[0]:.2f}", end="  ")
         print(f"from 1,000 links: {np.polyfit(table[4:, 0], column[4:], 1)[0]:.2f}")
+    if len(sys.argv) > 1:
+        draw(np.array(rows), np.array(dense), sys.argv[1])
+
+
+def draw(rows, dense, path):
+    figure, axes = plt.subplots(figsize=(6, 4.5), layout="constrained")
+    for column, name in enumerate(("equilibrium", "index", "three eigenvalues"), 1):
+        axes.loglog(rows[:, 0], 1e3 * rows[:, column], "o-", label=name)
+    for column, name in enumerate(("equilibrium, dense", "index, dense"), 1):
+        axes.loglog(dense[:, 0], 1e3 * dense[:, column], "s--", label=name)
+    links = rows[[4, -1], 0]
+    axes.loglog(links, 1e3 * rows[4, 1] * links / links[0], "k:", label="proportional to the links")
+    axes.set(xlabel="links", ylabel="time of one state [ms]", title=f"Chain, clamped U, P = {P}, H = {H}")
+    axes.legend()
+    figure.savefig(path, dpi=150)
 
 
 if __name__ == "__main__":
