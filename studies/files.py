@@ -68,13 +68,23 @@ def sync(path):
 
 @contextmanager
 def opened(path, mode="r"):
-    """A netCDF4 dataset that gives plain arrays, under the lock of this process."""
+    """A netCDF4 dataset that gives plain arrays, under the lock of this process.
+
+    Raises
+    ------
+    StudyError
+        If what is read turns out to be damaged.
+    """
     with ACCESS:
         dataset = netCDF4.Dataset(path, mode)
         try:
             dataset.set_auto_mask(False)
             dataset.set_auto_chartostring(False)
             yield dataset
+        except READING_FAILS as problem:
+            if mode != "r" or not str(problem).startswith("NetCDF:"):
+                raise
+            raise StudyError(f"{path}: the file is damaged ({problem})") from None
         finally:
             dataset.close()
 
