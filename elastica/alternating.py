@@ -38,6 +38,8 @@ ENDS_MEET_K = 2.3210497325
 """K(m) where K = 2E: the ends of the free shape meet."""
 STRIPS, GAPS, TABLE_STEPS = 64, 20, 60
 """Strips and gaps of a table of widening walls, and steps on its way: all but taut strings need fewer."""
+LAST_SHARE = 0.97
+"""Largest s of the tables: next to a fold states change without bound."""
 WIDEST = 1.1
 """√p times the rise of a quarter of a period that no such state exceeds."""
 JUMP = 0.1
@@ -196,9 +198,9 @@ def _on_the_way(segments, roots, p, H, first_step):
         start = np.stack([here.kappa, *here.lam]) + slope[:, live] * stride
         H_ = H[0][live] + (share[live] + stride) * way[live]
         there = newton(segments, p[live], H_, start[0], start[1:], most_steps=BRANCH_NEWTON_STEPS)
-        slack = there.lam.max(axis=0) > -TAUT * p[live]
+        bent = there.lam.max(axis=0) > -TAUT * p[live]
         good = _next_to(segments, p[live], there, start[0])
-        good &= slack | below_right_angles(segments, p[live], there)
+        good &= bent | below_right_angles(segments, p[live], there)
         moved = live[good]
         change = np.stack([there.kappa - here.kappa, *(there.lam - here.lam)])
         slope[:, moved] = (change / stride)[:, good]
@@ -269,10 +271,6 @@ class _Widening(NamedTuple):
         there = newton(segments, p, H, kappa, start[1:] * p**1.5 * H, most_steps=8)
         there.found[:] = _next_to(segments, p, there, kappa)
         return there
-
-
-LAST_SHARE = 0.97
-"""Largest s of the tables: next to a fold states change without bound."""
 
 
 @cache

@@ -78,8 +78,9 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
         arrow = arrow_system(segments, p_, H[live], kappa_, lam_)
         step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
-        rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
         replaced = np.zeros(live.size, bool)
+        if not fixed_kappa:
+            rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
         if bracket is not None:
             known = _sign_known(arrow.excess, rises)
             step_kappa, replaced = bracket.confine(live, kappa_, arrow.excess, known, step_kappa)

@@ -10,9 +10,9 @@ import numpy as np
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
-from studies.files import READING_FAILS, content_hash, identify, opened, read_labels, reading_limit
+from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
 from studies.reduction import potential, summarise
-from studies.sandbox import Lost, call
+from studies.sandbox import call
 from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
 from studies.study import Outputs, Study
 
@@ -50,11 +50,9 @@ def check(path, sample=SAMPLE, seed=0):
     """
     attributes = identify(path)
     problems = []
-    try:
+    with damage_told(path):
         if call(content_hash, path, limit=reading_limit(path)) != attributes.get("content_hash"):
             problems.append("the values are not those that were written (content_hash differs)")
-    except (*READING_FAILS, Lost) as problem:
-        raise StudyError(f"{path}: the file is damaged ({problem})") from None
     study = _study(path, attributes, problems)
     with opened(path) as dataset:
         control = control_of(dataset.dimensions)

@@ -89,6 +89,22 @@ def opened(path, mode="r"):
             dataset.close()
 
 
+@contextmanager
+def damage_told(path):
+    """Errors of reading a file of unknown health, here or in another process, as one sentence.
+
+    Raises
+    ------
+    StudyError
+    """
+    try:
+        yield
+    except StudyError:
+        raise
+    except (*READING_FAILS, Lost) as problem:
+        raise StudyError(f"{path}: the file is damaged ({problem})") from None
+
+
 def define(dataset, labels, variables, attributes):
     """Create dimensions, coordinates and variables in an empty dataset.
 
@@ -236,11 +252,8 @@ def open(path):
     import xarray
 
     identify(path)
-    with ACCESS:
-        try:
-            return xarray.open_dataset(path, engine="netcdf4")
-        except READING_FAILS as problem:
-            raise StudyError(f"{path}: the file is damaged ({problem})") from None
+    with ACCESS, damage_told(path):
+        return xarray.open_dataset(path, engine="netcdf4")
 
 
 def reading_limit(path):
@@ -283,6 +296,8 @@ def _identify(path, read):
                 variable.__dict__, variable.filters(), variable.chunking()
             for name in present & (set(read) | dims):
                 dataset.variables[name][:]
+    except StudyError:
+        raise
     except READING_FAILS as problem:
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
     version = attributes.get("format_version")

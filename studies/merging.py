@@ -12,10 +12,10 @@ import numpy as np
 from elastica.codes import Status
 from elastica.states import is_canonical
 from studies.errors import StudyError
-from studies.files import READING_FAILS, content_hash, identify, opened, read_labels, reading_limit
+from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
 from studies.provenance import describe
 from studies.reduction import Source, positions, reduce
-from studies.sandbox import Lost, call
+from studies.sandbox import call
 from studies.schema import control_of, per_state
 from studies.study import NUMERICS_VERSION, Study
 
@@ -41,7 +41,7 @@ def read_finished(path):
         If it is damaged or not one of ours.
     """
     attributes = identify(path)
-    try:
+    with damage_told(path):
         content = call(content_hash, path, limit=reading_limit(path))
         study = Study.from_dict(json.loads(attributes["config_json"]), path)
         with opened(path) as file:
@@ -49,8 +49,6 @@ def read_finished(path):
             ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
         # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
         known = tuple(_state_labels(path)) if study.task.every_root else study.task.names
-    except (*READING_FAILS, Lost) as problem:
-        raise StudyError(f"{path}: the file is damaged ({problem})") from None
     if content != attributes.get("content_hash"):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
     source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False)

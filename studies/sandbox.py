@@ -130,9 +130,9 @@ def _listen(calls):
 def _answer(function, arguments):
     try:
         return pickle.dumps((True, function(*arguments)))
-    except Exception as problem:
+    except Exception as problem:  # Whatever it is, it belongs to the caller.
         try:
             pickle.loads(pickle.dumps(problem))
-        except Exception:
+        except Exception:  # Not every exception survives the way.
             problem = RuntimeError(f"{type(problem).__name__}: {problem}")
         return pickle.dumps((False, problem))

@@ -10,21 +10,9 @@ from typing import NamedTuple
 import casadi
 import numpy as np
 
+from studies.accuracy.interior_point import OPTIONS
+
 STIFFNESS = {"clamped": np.inf, "pinned": 0.0}
-OPTIONS = {
-    "print_time": False,
-    "ipopt": {
-        "print_level": 0,
-        "sb": "yes",
-        "tol": 1e-9,
-        "max_iter": 500,
-        "mu_init": 1e-6,
-        "bound_push": 1e-9,
-        "bound_frac": 1e-9,
-        "bound_relax_factor": 0.0,
-        "nlp_scaling_method": "none",
-    },
-}
 
 
 class Minimum(NamedTuple):
