@@ -34,6 +34,18 @@ def best(action, repeats):
     return min(times)
 
 
+def sparse_procedure(exact, n):
+    """A chain of n links, and seconds of its equilibrium, index and three lowest eigenvalues."""
+    strip = strip_of(n, Profile(), parse_ends("clamped-clamped"))
+    target = Target(H, FOUR_PI_SQUARED * P, None)
+    start = exact_start(exact, 0, strip, np.array([1, -1]))
+    state = target.solve(strip, start.pattern, start)
+    solving = best(lambda: target.solve(strip, start.pattern, start), 7)
+    judging = best(lambda: judge(state), 7)
+    spectrum = best(lambda: lowest(second_variation(state), floor(state), 3), 3)
+    return state, solving, judging, spectrum
+
+
 def dense_procedure(state):
     """Seconds of Newton's steps with a full matrix, and of all eigenvalues on the constraints' null space."""
     form = second_variation(state)
@@ -51,13 +63,7 @@ def main():
     exact = elastica.solve("U", P=[P], H=H)
     rows, dense = [], []
     for n in LINKS:
-        strip = strip_of(n, Profile(), parse_ends("clamped-clamped"))
-        target = Target(H, FOUR_PI_SQUARED * P, None)
-        start = exact_start(exact, 0, strip, np.array([1, -1]))
-        state = target.solve(strip, start.pattern, start)
-        solving = best(lambda: target.solve(strip, start.pattern, start), 7)  # noqa: B023
-        judging = best(lambda: judge(state), 7)  # noqa: B023
-        spectrum = best(lambda: lowest(second_variation(state), floor(state), 3), 3)  # noqa: B023
+        state, solving, judging, spectrum = sparse_procedure(exact, n)
         rows.append((n, solving, judging, spectrum))
         line = "{:7d} links: solve {:8.2f}  index {:7.2f}  3 eigenvalues {:8.2f}".format(
             n, *np.multiply(1e3, rows[-1][1:])

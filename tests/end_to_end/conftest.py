@@ -36,13 +36,22 @@ def study():
 
 
 @pytest.fixture(scope="session")
-def dataset_file(study, tmp_path_factory):
-    """The small study, computed once in this process."""
+def computed(tmp_path_factory):
+    """Computes a study in this process and gives its file."""
     import studies
 
-    path = tmp_path_factory.mktemp("dataset") / "small.nc"
-    studies.run(study, out=path, workers=0).close()
-    return path
+    def compute(study):
+        path = tmp_path_factory.mktemp("dataset") / f"{study.name}.nc"
+        studies.run(study, out=path, workers=0).close()
+        return path
+
+    return compute
+
+
+@pytest.fixture(scope="session")
+def dataset_file(study, computed):
+    """The small study, computed once."""
+    return computed(study)
 
 
 @pytest.fixture

@@ -27,10 +27,8 @@ def study():
 
 
 @pytest.fixture(scope="module")
-def short_file(study, tmp_path_factory):
-    path = tmp_path_factory.mktemp("short") / "short.nc"
-    studies.run(study, out=path, workers=0).close()
-    return path
+def short_file(study, computed):
+    return computed(study)
 
 
 @pytest.fixture(scope="module")

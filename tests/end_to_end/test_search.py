@@ -28,10 +28,8 @@ def study():
 
 
 @pytest.fixture(scope="module")
-def roots_file(study, tmp_path_factory):
-    path = tmp_path_factory.mktemp("roots") / "roots.nc"
-    studies.run(study, out=path, workers=0).close()
-    return path
+def roots_file(study, computed):
+    return computed(study)
 
 
 @pytest.fixture(scope="module")
