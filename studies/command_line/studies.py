@@ -1,0 +1,162 @@
+"""Subcommands that compute a study: run, plan, reduce, merge."""
+
+import signal
+import sys
+from pathlib import Path
+
+import click
+
+from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main
+from studies.command_line.options import FORCE, OUTPUT, STUDY, writable
+
+
+class Part(click.ParamType):
+    """Part i of n, written i/n."""
+
+    name = "i/n"
+
+    def convert(self, value, param, ctx):
+        """Two numbers from a text."""
+        i, slash, n = value.partition("/")
+        if not (slash and i.isdecimal() and n.isdecimal() and 1 <= int(i) <= int(n)):
+            self.fail(f"{value!r} is no part; write i/n with 1 <= i <= n, such as 1/4", param, ctx)
+        return int(i), int(n)
+
+
+@main.command()
+@STUDY
+@OUTPUT
+@click.option("--workers", type=click.IntRange(min=0), help="Worker processes; 0 computes in this one.")
+@click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
+@click.option("--shard", type=Part(), help="Compute part i of n only; `reduce` joins the parts.")
+@click.option(
+    "--on-error",
+    type=click.Choice(["record", "raise"]),
+    default="record",
+    show_default=True,
+    help="Record a point that fails and go on, or stop there.",
+)
+@click.option("--max-failures", type=click.IntRange(min=0), help="Stop when more states fail.")
+@click.option(
+    "--reuse", type=click.Path(path_type=Path), metavar="OTHER.nc", help="Take the points that are there."
+)
+@click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a block.")
+@FORCE
+@click.pass_context
+def run(
+    ctx,
+    study,
+    output,
+    workers,
+    scheduler,
+    shard,
+    on_error,
+    max_failures,
+    reuse,
+    time_limit,
+    force_unlock,
+):
+    """Compute a study and write its dataset."""
+    from studies.cluster import running_cluster
+    from studies.errors import StudyError
+    from studies.merging import lend
+    from studies.plan import Plan
+    from studies.runner import Policy, compute, folder_of, is_done
+    from studies.study import Study
+
+    study = Study.from_toml(study)
+    output = output or Path(f"{study.name}.nc")
+    if is_done(study, output) and not folder_of(output).exists():
+        click.echo(f"{output}: this study is done; nothing to compute")
+        _summarise(ctx, output)
+        return
+    if scheduler and workers is not None:
+        raise StudyError("--workers and --scheduler: a running scheduler has its own workers; give one")
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
+    try:
+        client = ctx.with_resource(running_cluster(scheduler)) if scheduler else None
+        policy = Policy(workers, client, shard, on_error == "raise", max_failures, time_limit, force_unlock)
+        known = lend(reuse, study) if reuse else None
+        failed = compute(Plan.of(study, known=known), output, policy)
+    except (KeyboardInterrupt, SystemExit):
+        click.echo(
+            f"stopped; what is computed is kept in {folder_of(output)} and the same command "
+            "goes on from there",
+            err=True,
+        )
+        sys.exit(INTERRUPTED)
+    for line in failed:
+        click.echo(f"failed: {line}", err=True)
+    if output.exists():
+        _summarise(ctx, output)
+    else:
+        click.echo("part {} of {} is done; `elastica reduce` joins the parts".format(*shard))
+        ctx.exit(FAILED_POINTS if failed else 0)
+
+
+@main.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="A.nc B.nc …")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True)
+@click.pass_context
+def merge(ctx, files, output):
+    """Join datasets of the same numerics along ends, H, what is prescribed, and states."""
+    from studies.errors import StudyError
+    from studies.merging import merge as merge_files
+
+    if output.exists():
+        raise StudyError(f"{output}: this exists; choose another output or move it away")
+    writable(output)
+    merge_files(files, output)
+    _summarise(ctx, output)
+
+
+@main.command()
+@STUDY
+@OUTPUT
+@FORCE
+@click.pass_context
+def reduce(ctx, study, output, force_unlock):
+    """Join the parts that jobs with --shard have computed."""
+    from studies.plan import Plan
+    from studies.runner import is_done, join
+    from studies.study import Study
+
+    study = Study.from_toml(study)
+    output = output or Path(f"{study.name}.nc")
+    if not is_done(study, output):
+        join(Plan.of(study), output, force_unlock)
+    _summarise(ctx, output)
+
+
+def _summarise(ctx, output):
+    """Say what a dataset holds; exit status 3 if states failed."""
+    import numpy as np
+
+    from elastica.codes import Stability, Status
+    from studies.files import opened
+
+    with opened(output) as dataset:
+        status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
+    counts = {code: int((status == code).sum()) for code in Status}
+    stable = int((stability == Stability.STABLE).sum())
+    click.echo(
+        f"{output}: {int(np.prod(status.shape[:3])):,} grid points, "
+        f"{counts[Status.SOLVED]:,} states solved ({stable:,} stable), "
+        f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.FAILED]:,} failed"
+    )
+    if counts[Status.FAILED]:
+        click.echo("the points that failed, with reasons, are in the failure table", err=True)
+        ctx.exit(FAILED_POINTS)
+
+
+@main.command()
+@STUDY
+@click.option("--workers", type=click.IntRange(min=1), help="Default: all processors.")
+def plan(study, workers):
+    """Say what a run would compute, how large and how long; solve nothing."""
+    from studies.plan import Plan
+    from studies.runner import processors
+    from studies.study import Study
+
+    for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
+        click.echo(line)
