@@ -18,6 +18,8 @@ WAIT = 60.0
 """Seconds that a run waits for the first worker."""
 COUNT_EVERY = 2.0
 """Seconds between looks at how many workers there are."""
+SHORT_LOGS = {"distributed.admin.low-level-log-length": 20}
+"""Clients and schedulers log the last messages; with the labels of 10,000 points each they take 0.5 GB."""
 TRIES = 10
 """How often a block is given to another worker, for no fault of its own, when one leaves."""
 
@@ -28,13 +30,14 @@ def local_cluster(workers):
     import dask
     from distributed import Client, LocalCluster
 
-    settings = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in MALLOC.items()}
+    malloc = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in MALLOC.items()}
+    patience = {"distributed.comm.timeouts.connect": "60s"}
     with ExitStack() as stack:
         # Ctrl-C reaches every process of the terminal; the workers inherit that they ignore it.
         interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
         try:
             # Patience for a busy machine at the start only: later it would be with workers that are gone.
-            with dask.config.set({**settings, "distributed.comm.timeouts.connect": "60s"}):
+            with dask.config.set({**malloc, **SHORT_LOGS, **patience}):
                 cluster = stack.enter_context(
                     LocalCluster(
                         n_workers=workers,
@@ -61,10 +64,12 @@ def running_cluster(address):
     StudyError
         If no scheduler answers.
     """
+    import dask
     from distributed import Client
 
     try:
-        client = Client(address, timeout=10)
+        with dask.config.set(SHORT_LOGS):
+            client = Client(address, timeout=10)
     except (OSError, ValueError) as problem:
         raise StudyError(f"--scheduler {address}: no dask scheduler answers there ({problem})") from None
     with client:

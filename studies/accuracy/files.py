@@ -39,12 +39,12 @@ class Folder:
     def keep(self, chosen, seconds, error):
         """Take over what was measured so far and write it."""
         self.data = dataset(chosen, seconds, error, {"machine": machine(), "title": "Speed against error"})
-        self._write()
+        self.write(self.data, "accuracy.nc")
 
     def add_floor(self, quick):
         """Measure the floor too."""
         self.data = self.data.merge(floor(quick), combine_attrs="override")
-        self._write()
+        self.write(self.data, "accuracy.nc")
 
     def finish(self):
         """Write tables and figures; the tables as text."""
@@ -54,9 +54,10 @@ class Folder:
             figure(self.data, scene).savefig(self.path / f"accuracy-{scene}.png", dpi=150)
         return text
 
-    def _write(self):
-        with ACCESS, written_whole(self.path / "accuracy.nc") as temporary:
-            self.data.to_netcdf(temporary)
+    def write(self, data, name):
+        """Write a dataset into the folder, whole."""
+        with ACCESS, written_whole(self.path / name) as temporary:
+            data.to_netcdf(temporary)
 
 
 def machine():

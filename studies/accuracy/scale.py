@@ -1,0 +1,286 @@
+"""Whole studies of growing size: time, memory and bytes; what solving takes apart from what keeping takes.
+
+Each study runs as its user would run it, in processes of its own: `elastica run --shard 1/1` solves and
+writes the shards, `elastica reduce` joins them. The seconds that the blocks spent on solving alone stand in
+the dataset; the rest of the first command is starting, dispatch and writing shards.
+"""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import NamedTuple
+
+import numpy as np
+import psutil
+import xarray as xr
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from studies.accuracy.files import machine
+from studies.accuracy.storage import LAYOUTS, stored
+from studies.errors import StudyError
+from studies.files import opened
+from studies.shards import folder_of
+
+STUDY = """
+[study]
+name = "scale"
+[grid]
+ends = ["clamped-clamped"]
+H = {{ start = 0.01, stop = 0.2, num = {gaps} }}
+P = {{ start = 0.05, stop = 12.0, num = {loads} }}
+[states]
+names = ["U", "Ua", "U-", "UD"]
+[outputs]
+{outputs}
+"""
+SMALLEST = 1_000
+EVERY = 0.1
+"""Seconds between two looks at the memory."""
+COMMAND = [sys.executable, "-c", "from studies.command_line import main; main()"]
+OUTPUTS = {
+    "maps": "",
+    "maps, eigenvalues": "eigenvalues = 4",
+    "maps, shapes": "shapes = 101",
+    "maps, eigenvalues, shapes": "eigenvalues = 4\nshapes = 101",
+}
+"""What the same grid is asked for, to compare."""
+TITLES = {"points": "grid points", "outputs": "outputs of 10,000 points", "layout": "layout"}
+PARTS = {
+    "solving": ("solving", "#0b4f8a"),
+    "shards": ("start, dispatch, shards", "#56b4e9"),
+    "reduction": ("joining, hash, verification", "#e69f00"),
+}
+POINTS_OF_OUTPUTS = 10_000
+MOST_REWRITTEN = 1_000_000
+"""Points of the dataset that is stored in several layouts."""
+
+
+class Cost(NamedTuple):
+    """What one study took: seconds of wall time, peak bytes of memory, bytes on the disk."""
+
+    solving: float
+    shards: float
+    reduction: float
+    cpu: float
+    client_memory: float
+    worker_memory: float
+    shard_bytes: float
+    file_bytes: float
+
+
+ABOUT = {
+    "solving": ("s", "time that blocks spent on solving, over the number of workers"),
+    "shards": ("s", "rest of the time until all shards are there: starting, dispatch, writing"),
+    "reduction": ("s", "time of joining, hashing and verifying the dataset"),
+    "cpu": ("s", "processor time of all processes"),
+    "client_memory": ("byte", "largest resident memory of the command's process"),
+    "worker_memory": ("byte", "largest resident memory of any other process"),
+    "shard_bytes": ("byte", "size of all shards"),
+    "file_bytes": ("byte", "size of the dataset"),
+    "writing": ("s", "time of writing the whole dataset"),
+    "reading": ("s", "time of reading status, stability and energy of one state"),
+}
+
+
+def sizes(largest):
+    """Numbers of grid points, tenfold each: 1,000 … `largest`.
+
+    Raises
+    ------
+    StudyError
+        If that is fewer than the smallest.
+    """
+    if not largest >= SMALLEST:
+        raise StudyError(f"--scale {largest:g}: give at least {SMALLEST:,} points, such as 1e6")
+    return [10**k for k in range(3, int(np.log10(largest) + 1e-9) + 1)]
+
+
+def study_file(points, outputs=""):
+    """A study of a clamped strip with so many grid points."""
+    gaps = 10 ** int(np.log10(points) / 2)
+    return STUDY.format(gaps=gaps, loads=points // gaps, outputs=outputs)
+
+
+def scale(largest, workers, folder):
+    """Run the studies one after another in a folder and throw their files away.
+
+    Parameters
+    ----------
+    largest : float
+        Grid points of the largest study.
+    workers : int
+    folder : Path
+
+    Yields
+    ------
+    str
+        What was measured.
+    xarray.Dataset
+        All so far: `Cost` by number of grid points (`points`), and of `OUTPUTS` at a small grid
+        (`outputs`); `Stored` of the `LAYOUTS` (`layout`).
+    """
+    tables = {"points": {}, "outputs": {}, "layout": {}}
+    with TemporaryDirectory(prefix=".scale-", dir=folder) as place:
+        place = Path(place)
+        for points in sizes(largest):
+            out = place / f"{points}.nc"
+            tables["points"][points] = spent = cost(study_file(points), workers, out)
+            yield f"{points:,} points: {sum(spent[:3]):.1f} s", _dataset(tables, workers)
+        for name, outputs in OUTPUTS.items():
+            spent = cost(study_file(POINTS_OF_OUTPUTS, outputs), workers, place / "outputs.nc")
+            (place / "outputs.nc").unlink()
+            tables["outputs"][name] = spent
+            yield (
+                f"{POINTS_OF_OUTPUTS:,} points with {name}: {sum(spent[:3]):.1f} s",
+                _dataset(tables, workers),
+            )
+        file = place / f"{min(max(sizes(largest)), MOST_REWRITTEN)}.nc"
+        for layout in LAYOUTS:
+            tables["layout"][layout.title] = took = stored(file, layout, place)
+            yield f"{layout.title}: written in {took.writing:.2f} s", _dataset(tables, workers)
+
+
+def cost(study, workers, out):
+    """What a study takes, given as the text of its file; its dataset is written to `out`."""
+    source = out.with_suffix(".toml")
+    source.write_text(study, encoding="utf-8")
+    command = [str(source), "-o", str(out)]
+    computing = _watched(["run", *command, "--shard", "1/1", "--workers", str(workers)])
+    shard_bytes = sum(path.stat().st_size for path in folder_of(out).iterdir())
+    joining = _watched(["reduce", *command])
+    with opened(out) as dataset:
+        solving = float(dataset.getncattr("block_seconds").rpartition("sum ")[2].removesuffix(" s"))
+    return Cost(
+        solving=solving / workers,
+        shards=computing.seconds - solving / workers,
+        reduction=joining.seconds,
+        cpu=computing.cpu + joining.cpu,
+        client_memory=max(computing.own, joining.own),
+        worker_memory=computing.others,
+        shard_bytes=shard_bytes,
+        file_bytes=out.stat().st_size,
+    )
+
+
+class Watched(NamedTuple):
+    """Wall and processor seconds of a command, and peak memory of its process and of the others."""
+
+    seconds: float
+    cpu: float
+    own: float
+    others: float
+
+
+def _watched(arguments):
+    """Run the command line and look at its processes now and then."""
+    begin = time.perf_counter()
+    process = psutil.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    memory, cpu = {}, {}
+    while process.poll() is None:
+        for seen in _family(process):
+            try:
+                memory[seen.pid] = max(memory.get(seen.pid, 0), seen.memory_info().rss)
+                cpu[seen.pid] = sum(seen.cpu_times()[:2])
+            except psutil.NoSuchProcess:
+                continue
+        time.sleep(EVERY)
+    seconds = time.perf_counter() - begin
+    if process.returncode:
+        raise StudyError(f"the study failed: {process.stderr.read().decode().strip()}")
+    own = memory.pop(process.pid, 0)
+    return Watched(seconds, sum(cpu.values()), own, max(memory.values(), default=0))
+
+
+def _family(process):
+    try:
+        return [process, *process.children(recursive=True)]
+    except psutil.NoSuchProcess:
+        return []
+
+
+def _dataset(tables, workers):
+    """The tables, each along a dimension of its own."""
+    variables = {
+        name if dim == "points" else f"{dim}_{name}": (
+            dim,
+            [getattr(row, name) for row in table.values()],
+            {"units": ABOUT[name][0], "long_name": ABOUT[name][1]},
+        )
+        for dim, table in tables.items()
+        if table
+        for name in next(iter(table.values()))._fields
+    }
+    labels = {dim: list(table) for dim, table in tables.items() if table}
+    about = {"title": "Whole studies: time, memory and bytes", "workers": workers, "machine": machine()}
+    return xr.Dataset(variables, labels, about)
+
+
+def markdown(data):
+    """The measured costs as Markdown."""
+    lines = [
+        "# Whole studies",
+        "",
+        f"{data.attrs['machine']}; {data.attrs['workers']} workers. Equilibrium, index and verdict of "
+        "U, Ua, U- and UD for a clamped strip over gap and load.",
+        "",
+    ]
+    for dim, title in TITLES.items():
+        if dim not in data.dims:
+            continue
+        names = [name for name in data.data_vars if data[name].dims == (dim,)]
+        lines += [
+            f"| {title} | " + " | ".join(_heading(data[name]) for name in names) + " |",
+            "|---|" + "---:|" * len(names),
+        ]
+        for label in data[dim].values:
+            numbers = (_number(data[name].sel({dim: label})) for name in names)
+            lines.append(f"| {label:,} | " if dim == "points" else f"| {label} | ")
+            lines[-1] += " | ".join(numbers) + " |"
+        lines.append("")
+    return "\n".join(lines)
+
+
+def _heading(variable):
+    """Name and unit of a column."""
+    name = variable.name.removeprefix(f"{variable.dims[0]}_").replace("_", " ")
+    return f"{name}, {'MB' if variable.attrs['units'] == 'byte' else 's'}"
+
+
+def _number(value):
+    """Seconds as they are, bytes in MB."""
+    scaled = value.item() / (1e6 if value.attrs["units"] == "byte" else 1.0)
+    return f"{scaled:,.2f}" if scaled < 100 else f"{scaled:,.0f}"
+
+
+def figure(data):
+    """Time per point and peak memory against the number of points.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    drawn = Figure(figsize=(9.5, 4.2), layout="constrained")
+    FigureCanvasAgg(drawn)
+    left, right = drawn.subplots(1, 2)
+    points = data["points"].values
+    base = np.zeros(points.size)
+    for name, (label, colour) in PARTS.items():
+        top = base + data[name].values / points * 1e6
+        left.fill_between(points, base, top, color=colour, label=label, linewidth=0)
+        base = top
+    left.plot(points, base, "o-", color="black", markersize=4, label="all")
+    left.set(ylabel="µs a grid point (four states)", yscale="log", title="Time")
+    for name, label, marker in (
+        ("client_memory", "command, with the scheduler", "o-"),
+        ("worker_memory", "largest worker", "s-"),
+    ):
+        right.plot(points, data[name].values / 2**20, marker, label=label)
+    right.axhline(1024, color="0.5", linestyle=":")
+    right.set(ylabel="peak memory, MiB", title="Memory", ylim=(0, 1100))
+    for axes in (left, right):
+        axes.set(xscale="log", xlabel="grid points")
+        axes.legend(frameon=False)
+    return drawn
