@@ -23,6 +23,7 @@ from studies.accuracy.storage import LAYOUTS, stored
 from studies.errors import StudyError
 from studies.files import opened
 from studies.shards import folder_of
+from studies.study import MOST_POINTS
 
 STUDY = """
 [study]
@@ -91,10 +92,10 @@ def sizes(largest):
     Raises
     ------
     StudyError
-        If that is fewer than the smallest.
+        If that is fewer than the smallest, or more than a study may have.
     """
-    if not largest >= SMALLEST:
-        raise StudyError(f"--scale {largest:g}: give at least {SMALLEST:,} points, such as 1e6")
+    if not SMALLEST <= largest <= MOST_POINTS:
+        raise StudyError(f"--scale {largest:g}: give {SMALLEST:,} to {MOST_POINTS:,} points, such as 1e6")
     return [10**k for k in range(3, int(np.log10(largest) + 1e-9) + 1)]
 
 
