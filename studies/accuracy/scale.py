@@ -267,18 +267,16 @@ def figure(data):
     FigureCanvasAgg(drawn)
     left, right = drawn.subplots(1, 2)
     points = data["points"].values
-    base = np.zeros(points.size)
     for name, (label, colour) in PARTS.items():
-        top = base + data[name].values / points * 1e6
-        left.fill_between(points, base, top, color=colour, label=label, linewidth=0)
-        base = top
-    left.plot(points, base, "o-", color="black", markersize=4, label="all")
+        left.plot(points, data[name].values / points * 1e6, "o-", color=colour, markersize=4, label=label)
+    whole = sum(data[name].values for name in PARTS)
+    left.plot(points, whole / points * 1e6, "-", color="black", label="all")
     left.set(ylabel="µs a grid point (four states)", yscale="log", title="Time")
-    for name, label, marker in (
-        ("client_memory", "command, with the scheduler", "o-"),
-        ("worker_memory", "largest worker", "s-"),
+    for name, label, colour in (
+        ("client_memory", "command, with the scheduler", "#0b4f8a"),
+        ("worker_memory", "largest worker", "#e69f00"),
     ):
-        right.plot(points, data[name].values / 2**20, marker, label=label)
+        right.plot(points, data[name].values / 2**20, "o-", color=colour, markersize=4, label=label)
     right.axhline(1024, color="0.5", linestyle=":")
     right.set(ylabel="peak memory, MiB", title="Memory", ylim=(0, 1100))
     for axes in (left, right):
