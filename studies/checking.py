@@ -14,7 +14,8 @@ from studies.files import content_hash, damage_told, identify, opened, read_labe
 from studies.reduction import potential, summarise
 from studies.sandbox import call
 from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
-from studies.study import Outputs, Study
+from studies.study import Study
+from studies.tables import Outputs
 
 SAMPLE, SAMPLE_GAPS = 200, 3
 """Grid points to solve again; under prescribed shortening, at how many gaps, since each is traced."""

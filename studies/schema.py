@@ -164,7 +164,7 @@ def coordinates(ends, H, control, given, names, outputs):
         What is prescribed, "P" or "shortening".
     given : sequence of float
         Its values.
-    outputs : studies.study.Outputs
+    outputs : studies.tables.Outputs
 
     Returns
     -------

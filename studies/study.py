@@ -1,249 +1,27 @@
-"""The study file: what is asked for, validated before anything runs, and its identity.
+"""The study: what is asked for, validated before anything runs, and its identity.
 
-Left out: how the work is divided (`plan`) and who does it (`run`).
+Left out: what each table of the file may hold (`tables`), how the work is divided (`plan`), who does it
+(`runner`).
 """
 
 import hashlib
 import json
-import math
 import tomllib
-from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Literal
 
-import numpy as np
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    StrictInt,
-    StrictStr,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import ValidationError, model_validator
 
 from elastica.chain.profile import parse_profile
-from elastica.chain.solution import CLAMPS, LINKS, check_chain
-from elastica.ends import parse_ends
 from elastica.states import parse_state, states
 from studies.errors import StudyError
 from studies.evaluate import Task
+from studies.tables import About, Grid, Outputs, Range, Solve, States, Table
 
 NUMERICS_VERSION = 2
 """Raised whenever the same study may give other values than before, beyond rounding."""
-LABEL_DIGITS = 12
-MOST_LABELS = 1_000_000
-MOST_POINTS = 1_000_000_000
-LARGEST_NUMBER = 1e300
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-
-def canonical(value):
-    """A label with 12 significant digits, so that the same label from another grid compares equal."""
-    return float(f"{value:.{LABEL_DIGITS - 1}e}") + 0.0
-
-
-def _number(value):
-    number = isinstance(value, (int, float)) and not isinstance(value, bool)
-    if not number or abs(value) > LARGEST_NUMBER or math.isnan(value):
-        raise ValueError(f"{str(value)[:40]} is not a finite number; write one such as 0.1")
-    return value
-
-
-Number = Annotated[float, BeforeValidator(_number)]
-
-
-class Range(_Table):
-    """`{ start, stop, num, spacing }`, both ends included."""
-
-    start: Number
-    stop: Number
-    num: Annotated[StrictInt, Field(ge=1, le=MOST_LABELS)]
-    spacing: Literal["linear", "log"] = "linear"
-
-    def values(self):
-        """Labels of the axis."""
-        if self.num > 1 and self.stop <= self.start:
-            raise ValueError(f"stop = {self.stop!r} is not above start = {self.start!r}; exchange them")
-        if self.spacing == "linear":
-            return np.linspace(self.start, self.stop, self.num)
-        if self.start <= 0:
-            raise ValueError(f"a log axis cannot start at {self.start!r}; start above 0")
-        return np.geomspace(self.start, self.stop, self.num)
-
-
-def _axis(value):
-    """Canonical, strictly increasing labels from a list or a range."""
-    if isinstance(value, dict):
-        value = Range(**value).values()
-    if not isinstance(value, (list, tuple, np.ndarray)):
-        raise ValueError(f"{value!r} is neither a list nor {{ start = …, stop = …, num = … }}")
-    labels = tuple(canonical(_number(float(v) if isinstance(v, np.floating) else v)) for v in value)
-    if not labels:
-        raise ValueError("the axis is empty; give at least one value")
-    for before, after in pairwise(labels):
-        if after <= before:
-            raise ValueError(f"{after!r} follows {before!r}; values must increase")
-    return labels
-
-
-Axis = Annotated[tuple[float, ...], BeforeValidator(_axis)]
-
-
-class About(_Table):
-    """`[study]`: the name of the output and what the dataset says about itself."""
-
-    name: Annotated[StrictStr, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]*$", max_length=100)]
-    title: StrictStr = ""
-    summary: StrictStr = ""
-    creator_name: StrictStr = ""
-    institution: StrictStr = ""
-    license: StrictStr = ""
-    keywords: StrictStr = ""
-    references: StrictStr = ""
-
-
-class Grid(_Table):
-    """`[grid]`: end conditions, half gaps, and loads or shortenings."""
-
-    ends: Annotated[tuple[StrictStr, ...], Field(min_length=1)]
-    H: Axis
-    P: Axis | None = None
-    shortening: Axis | None = None
-
-    @field_validator("ends")
-    @classmethod
-    def _known_ends(cls, ends):
-        names = tuple(str(parse_ends(name)) for name in ends)
-        if len(set(names)) < len(names):
-            raise ValueError(f"{list(ends)} names an end condition twice")
-        return names
-
-    @field_validator("H")
-    @classmethod
-    def _between_the_walls(cls, H):
-        if not (H[0] > 0 and H[-1] < 0.5):
-            raise ValueError(f"values run from {H[0]!r} to {H[-1]!r}; keep 0 < H < 0.5")
-        return H
-
-    @field_validator("P")
-    @classmethod
-    def _finite_loads(cls, P):
-        if P and not (P[0] >= 0 and P[-1] <= 1e6):
-            raise ValueError(f"values run from {P[0]!r} to {P[-1]!r}; keep 0 <= P <= 1e6")
-        return P
-
-    @field_validator("shortening")
-    @classmethod
-    def _possible_shortenings(cls, shortening):
-        if shortening and not (shortening[0] >= 0 and shortening[-1] < 2):
-            raise ValueError(
-                f"values run from {shortening[0]!r} to {shortening[-1]!r}; keep 0 <= shortening < 2"
-            )
-        return shortening
-
-    @model_validator(mode="after")
-    def _one_control(self):
-        if (self.P is None) == (self.shortening is None):
-            raise ValueError("give either P or shortening: one is prescribed, the other follows")
-        return self
-
-    @model_validator(mode="after")
-    def _countable(self):
-        points = len(self.ends) * len(self.H) * len(self.given)
-        if points > MOST_POINTS:
-            raise ValueError(
-                f"{points:,} points are too many; keep ends × H × {self.control} to {MOST_POINTS:,}"
-            )
-        return self
-
-    @property
-    def control(self):
-        """What is prescribed, "P" or "shortening"."""
-        return "P" if self.shortening is None else "shortening"
-
-    @property
-    def given(self):
-        """Labels of what is prescribed."""
-        return self.P if self.shortening is None else self.shortening
-
-
-class States(_Table):
-    """`[states]`: either all up to a number of contacts, or a list of names."""
-
-    max_contacts: StrictInt | None = None
-    names: tuple[StrictStr, ...] | None = None
-
-    @model_validator(mode="after")
-    def _one_way(self):
-        if (self.max_contacts is None) == (self.names is None):
-            raise ValueError("give either max_contacts or names")
-        if self.names is not None and not self.names:
-            raise ValueError("names is empty; name at least one state")
-        if self.max_contacts is not None:
-            states(max_contacts=self.max_contacts)
-        return self
-
-
-class Solve(_Table):
-    """`[solve]`: how states are computed; `links`, `clamp` and `stiffness` are those of a chain."""
-
-    method: Literal["exact", "chain"] = "exact"
-    links: StrictInt | None = None
-    clamp: StrictStr | None = None
-    stiffness: tuple[float, ...] | None = None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _of_a_chain(cls, table):
-        if not isinstance(table, dict):
-            return table
-        if table.get("method") == "chain":
-            return {"links": LINKS, "clamp": CLAMPS[0]} | table
-        given = [name for name in ("links", "clamp", "stiffness") if name in table]
-        if given and table.get("method", "exact") == "exact":
-            raise ValueError(f'{", ".join(given)}: of a chain only; add method = "chain"')
-        return table
-
-    @model_validator(mode="after")
-    def _a_chain_that_can_be(self):
-        if self.method == "chain":
-            check_chain(parse_state("0", "clamped-clamped"), self.links, self.clamp, self.stiffness)
-        return self
-
-    @property
-    def arguments(self):
-        """Arguments of `elastica.solve`."""
-        return self.model_dump(exclude_none=True)
-
-    def check(self, name, ends):
-        """Raise ValueError if the method cannot solve a state."""
-        state = parse_state(name, ends)
-        if self.method == "chain":
-            check_chain(state, self.links, self.clamp, self.stiffness)
-
-
-class Outputs(_Table):
-    """`[outputs]`: what is stored beside the maps."""
-
-    eigenvalues: Annotated[StrictInt, Field(ge=0, le=100)] = 0
-    frequencies: Annotated[StrictInt, Field(ge=0, le=100)] = 0
-    shapes: Annotated[StrictInt, Field(ge=0, le=100_000)] = 0
-
-    @field_validator("shapes")
-    @classmethod
-    def _a_line_needs_two_points(cls, shapes):
-        if shapes == 1:
-            raise ValueError("1 sample is no shape; use 0 for none or at least 2")
-        return shapes
-
-
-class Study(_Table):
+class Study(Table):
     """A validated study: the grid, the states, the method and the outputs."""
 
     study: About

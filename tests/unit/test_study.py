@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from studies import Study, StudyError
-from studies.study import canonical
+from studies.tables import canonical
 
 GOOD = {
     "study": {"name": "small"},
