@@ -23,7 +23,7 @@ from studies.accuracy.storage import LAYOUTS, stored
 from studies.errors import StudyError
 from studies.files import opened
 from studies.shards import folder_of
-from studies.study import MOST_POINTS
+from studies.tables import MOST_POINTS
 
 STUDY = """
 [study]
