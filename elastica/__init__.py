@@ -10,6 +10,7 @@ from elastica.catalogue import FoundStates, find_states
 from elastica.codes import Stability, Status
 from elastica.solution import Solution, solve
 from elastica.states import states
+from elastica.strip import Strip
 from elastica.transitions import Event, Transitions, transitions
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "Solution",
     "Stability",
     "Status",
+    "Strip",
     "Transitions",
     "find_states",
     "solve",
