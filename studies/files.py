@@ -10,6 +10,7 @@ import tempfile
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import RLock
+from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
@@ -17,6 +18,9 @@ import numpy as np
 from studies.errors import StudyError
 from studies.sandbox import Lost, call
 from studies.schema import CONTROLS, COORDINATES, FORMAT_VERSION
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
@@ -232,12 +236,15 @@ def read_labels(variable, path):
         raise StudyError(f"{path}: the labels of {variable.name} are no text; the file is damaged") from None
 
 
-def open(path):
-    """Open a dataset lazily.
+def open(path: str | Path, chunks: Any = None) -> "Dataset":
+    """Open a dataset lazily, with the accessor `studies.accessor` at `.elastica`.
 
     Parameters
     ----------
     path : str or Path
+    chunks : dict, int or "auto", optional
+        As in `xarray.open_dataset`: {} makes dask arrays with the chunks of the file. By default values are
+        read when they are used.
 
     Returns
     -------
@@ -247,13 +254,28 @@ def open(path):
     Raises
     ------
     StudyError
-        If the file is missing, damaged, or not one of ours.
+        If the file is missing, damaged, or not one of ours, or the chunks name no dimension of it.
     """
     import xarray
 
+    import studies.accessor  # noqa: F401
+
     identify(path)
     with ACCESS, damage_told(path):
-        return xarray.open_dataset(path, engine="netcdf4")
+        dataset = xarray.open_dataset(path, engine="netcdf4")
+    if chunks is None:
+        return dataset
+    dataset.close()
+    if isinstance(chunks, dict) and not set(chunks) <= set(dataset.dims):
+        # xarray itself takes no notice of them.
+        raise StudyError(
+            f"chunks = {chunks!r}: use the dimensions of {path}, {', '.join(map(str, dataset.dims))}"
+        )
+    try:
+        with ACCESS:
+            return xarray.open_dataset(path, engine="netcdf4", chunks=chunks)
+    except (TypeError, ValueError) as problem:
+        raise StudyError(f"chunks = {chunks!r} cannot be: {problem}") from None
 
 
 def reading_limit(path):

@@ -1,0 +1,213 @@
+"""What a dataset can be asked for beyond its labels: `dataset.elastica`, an accessor of xarray.
+
+`studies.open` and `studies.run` register it; for datasets that xarray itself opens, `import studies.accessor`
+does. It names things and adds no data: `stable()` is `dataset["stability"] == 0`, `state(name)` is
+`dataset.sel(state=…)`.
+"""
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import xarray
+from xarray import DataArray, Dataset
+
+import studies
+from elastica.codes import Stability, Status
+from elastica.solution import solve
+from elastica.states import parse_state
+from elastica.strip import PHYSICAL, Strip
+from studies.errors import StudyError
+from studies.schema import COORDINATES, VARIABLES, control_of
+from studies.study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+SHAPE = ("theta", "x", "y")
+SAMPLES = 201
+MOST_SHAPES = 100_000
+MOST_NAMES = 20
+QUANTITIES = {
+    "P": "force",
+    "reaction": "force",
+    "energy": "energy",
+    "bending_energy": "energy",
+    "curvature": "curvature",
+    "frequency": "frequency",
+    **dict.fromkeys(
+        ("H", "shortening", "flat_length", "clearance", "contact_position", "s", "x", "y"), "distance"
+    ),
+}
+"""What variables and coordinates are in physical units; the others stay as they are."""
+
+
+@xarray.register_dataset_accessor("elastica")
+class Elastica:
+    """Verdicts, states, shapes, charts and physical units of a dataset, whole or a selection from it.
+
+    Examples
+    --------
+    >>> import studies
+    >>> dataset = studies.open("first-chart.nc")                                  # doctest: +SKIP
+    >>> dataset.elastica.stable().sel(state="U").sum(["H", "P"])                  # doctest: +SKIP
+    >>> one = dataset.sel(ends="pinned-pinned").sel(H=0.1, P=2.0, method="nearest")  # doctest: +SKIP
+    >>> one.elastica.state("D").elastica.shape().y.max()                          # doctest: +SKIP
+    """
+
+    def __init__(self, dataset: Dataset) -> None:
+        """Xarray calls this once for each dataset."""
+        self._dataset = dataset
+
+    def stable(self) -> DataArray:
+        """Where a state is solved and stable: bool, with the dimensions of `stability`."""
+        stable = self._variable("stability") == Stability.STABLE
+        return stable.rename("stable").assign_attrs(long_name="whether the state is stable")
+
+    def state(self, name: str) -> Dataset:
+        """Select one state by its name.
+
+        Parameters
+        ----------
+        name : str
+            Also one that is not canonical: "D" is "U", "aU" between like ends "Ua". Where end conditions
+            differ in what they call it, each is asked for its own.
+
+        Returns
+        -------
+        Dataset
+            Without the dimension `state`.
+
+        Raises
+        ------
+        StudyError
+            If the name is no name or the dataset does not have that state.
+        """
+        ends = self._variable("ends")
+        try:
+            names = [parse_state(name, str(label)).name for label in np.atleast_1d(ends.values)]
+        except ValueError as problem:
+            raise StudyError(str(problem)) from None
+        present = np.atleast_1d(self._variable("state").values).tolist()
+        for canonical in names:
+            if canonical not in present:
+                raise StudyError(
+                    f"state = {name!r} is not in this dataset; it has {_listed(present)}"
+                    f"{self._left_out(canonical)}"
+                )
+        if "state" not in self._dataset.dims:
+            return self._dataset
+        if len(set(names)) == 1:
+            return self._dataset.sel(state=names[0])
+        return self._dataset.sel(state=DataArray(names, dims="ends", coords={"ends": ends}))
+
+    def shape(self, samples: int | None = None) -> Dataset:
+        """Angle and position along the strip, at every point of the dataset.
+
+        Select first: a shape at one point is ``dataset.sel(…).elastica.state("U").elastica.shape()``.
+
+        Parameters
+        ----------
+        samples : int, optional
+            Equidistant points along the strip. If the dataset has so many, or none are asked for, its shapes
+            are returned; otherwise they are computed with the method of the study, 201 points by default.
+
+        Returns
+        -------
+        Dataset
+            `theta` in radians, `x`, `y`, divided by L, with a dimension `s`; NaN where there is no
+            equilibrium.
+
+        Raises
+        ------
+        StudyError
+            If there are more than 100,000 shapes, or the samples make no line.
+        """
+        dataset = self._dataset
+        if "theta" in dataset and samples in (None, dataset.sizes["s"]):
+            return dataset[list(SHAPE)]
+        status = self._variable("status")
+        if self._variable("H").attrs.get("units") != "1":
+            raise StudyError("the dataset is in physical units; take its shapes before, and convert them")
+        exists = np.flatnonzero(np.isin(status, (Status.SOLVED, Status.INADMISSIBLE)))
+        if exists.size > MOST_SHAPES:
+            raise StudyError(f"{exists.size:,} shapes are too many at once; select {MOST_SHAPES:,} or fewer")
+        samples = SAMPLES if samples is None else samples
+        control = control_of(dataset.coords)
+        ends, names, H, given = (
+            dataset[label].broadcast_like(status).transpose(*status.dims).values.ravel()[exists]
+            for label in ("ends", "state", "H", control)
+        )
+        values = np.full((3, status.size, samples), np.nan)
+        for A_B, name in sorted(set(zip(ends, names, strict=True))):
+            at = np.flatnonzero((ends == A_B) & (names == name))
+            where: dict[str, Any] = {"H": H[at], control: given[at]}
+            solution = solve(name, ends=A_B, **where, **self._method)
+            values[:, exists[at]] = solution.shape(samples)[1:]
+        return Dataset(
+            {
+                name: ((*status.dims, "s"), field.reshape(*status.shape, samples), VARIABLES[name].attributes)
+                for name, field in zip(SHAPE, values, strict=True)
+            },
+            {**status.coords, "s": ("s", np.linspace(0, 1, samples), COORDINATES["s"])},
+            dataset.attrs,
+        )
+
+    def physical(self, strip: Strip) -> Dataset:
+        """The dataset of a real strip: newtons, metres, joules, 1/m and hertz in place of numbers.
+
+        Parameters
+        ----------
+        strip : elastica.Strip
+            Without a density frequencies stay as they are.
+
+        Returns
+        -------
+        Dataset
+            `H` is half of what the walls leave to the middle line: (gap − thickness)/2.
+        """
+        scales, converted = strip.scales, self._dataset.copy()
+        for name, values in self._dataset.variables.items():
+            quantity = QUANTITIES.get(str(name), "")
+            if quantity in scales:
+                attributes = {"long_name": values.attrs["long_name"], "units": PHYSICAL[quantity]}
+                converted[name] = (values.dims, values.data * scales[quantity], attributes)
+        return converted
+
+    @property
+    def plot(self) -> "Plot":
+        """Figures, as functions of the same name in `studies`: ``dataset.elastica.plot.chart()``."""
+        return Plot(self._dataset)
+
+    def _variable(self, name: str) -> DataArray:
+        if name not in self._dataset.variables:
+            raise StudyError(f"the dataset has no {name!r}; open one with studies.open and keep what it has")
+        return self._dataset[name]
+
+    @property
+    def _method(self) -> dict[str, Any]:
+        """How the study solves its states: arguments of `elastica.solve`."""
+        if "config_json" not in self._dataset.attrs:
+            raise StudyError("the dataset has lost its attribute 'config_json', which says how it was solved")
+        return Study.from_dict(json.loads(self._dataset.attrs["config_json"])).solve.arguments
+
+    def _left_out(self, name: str) -> str:
+        searched = str(self._dataset.attrs.get("states_searched", "")).split()
+        return f"; {name} was searched and is solved nowhere" if name in searched else ""
+
+
+def _listed(names: list[str]) -> str:
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return ", ".join(names[:MOST_NAMES]) + more
+
+
+class Plot:
+    """Figures of one dataset."""
+
+    def __init__(self, dataset: Dataset) -> None:
+        """Keep the dataset to draw."""
+        self._dataset = dataset
+
+    def chart(self, **options: Any) -> "Figure":
+        """Draw `studies.chart` of this dataset."""
+        return studies.chart(self._dataset, **options)
