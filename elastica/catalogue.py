@@ -6,6 +6,7 @@ Left out: names themselves (`states`), the search along κ (`sweep`, `equilibriu
 from dataclasses import dataclass, fields
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
@@ -57,13 +58,13 @@ class FoundStates:
     error: np.ndarray
     reaction: np.ndarray
     contact_position: np.ndarray
-    reasons: dict
+    reasons: dict[int, str]
 
-    def __len__(self):
+    def __len__(self) -> int:
         """Number of rows."""
         return self.point.size
 
-    def __str__(self):
+    def __str__(self) -> str:
         """One line a state."""
         heads = f"{'P':>10} {'H':>10}  {'state':<10} {'stability':<22} {'index':>5}"
         lines = [f"{heads} {'energy':>16} {'shortening':>12}"]
@@ -79,7 +80,13 @@ class FoundStates:
 COLUMNS = [f.name for f in fields(FoundStates) if f.name not in ("ends", "point", "state", "reasons")]
 
 
-def find_states(P=None, H=None, ends="clamped-clamped", max_contacts=3, shortening=None):
+def find_states(
+    P: ArrayLike | None = None,
+    H: ArrayLike | None = None,
+    ends: str | Ends = "clamped-clamped",
+    max_contacts: int = 3,
+    shortening: ArrayLike | None = None,
+) -> FoundStates:
     """All admissible equilibria at every point of broadcast arrays.
 
     Complete for |θ| < 90° up to `max_contacts` contacts and 8 further full periods (3 at prescribed

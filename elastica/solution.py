@@ -3,9 +3,12 @@
 Eigenvalues and shapes are computed only when asked for.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, fields
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
@@ -14,7 +17,11 @@ from elastica.euler import euler_root
 from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
-from elastica.states import State, parse_state
+from elastica.states import Segment, State, parse_state
+
+if TYPE_CHECKING:
+    from elastica.shapes import Shape
+    from elastica.spectrum import Conventional
 
 LARGEST_LOAD = 1e6
 
@@ -78,9 +85,9 @@ class Solution:
     lam: np.ndarray
     lengths: np.ndarray
     periods: np.ndarray
-    reasons: dict = field(default_factory=dict)
+    reasons: dict[int, str] = field(default_factory=dict)
 
-    def patterns(self, points):
+    def patterns(self, points: np.ndarray) -> Iterator[tuple[np.ndarray, tuple[Segment, ...]]]:
         """Divide points, given by their flat indices, by the segments that the state has there.
 
         Yields
@@ -96,7 +103,7 @@ class Solution:
         for number, pattern in enumerate(patterns):
             yield points[member.ravel() == number], self.state.segments(self.ends, pattern)
 
-    def eigenvalues(self, count):
+    def eigenvalues(self, count: int) -> np.ndarray:
         """The `count` lowest eigenvalues of the second variation, shape (..., count).
 
         Ascending, with weight ∫φ² ds (EI = L = 1), exact zeros as 0.0; of a line state those of its
@@ -106,7 +113,7 @@ class Solution:
 
         return eigenvalues(self, count, self.control == "shortening")
 
-    def frequencies(self, count):
+    def frequencies(self, count: int) -> np.ndarray:
         """The `count` lowest natural frequencies with contacts free to move, shape (..., count).
 
         sign(ω²) √|ω²|, ascending, in units of √(EI/ρA)/L²; exact zeros as 0.0, NaN where the state is not
@@ -116,7 +123,7 @@ class Solution:
 
         return frequencies(self, count, self.control == "shortening")
 
-    def conventional(self, count=1):
+    def conventional(self, count: int = 1) -> "Conventional":
         """The verdict of the conventional energy method, which holds each contact at its material point.
 
         It is the verdict at constant load, also where the shortening is prescribed.
@@ -130,7 +137,7 @@ class Solution:
 
         return conventional(self, count)
 
-    def shape(self, samples):
+    def shape(self, samples: int) -> "Shape":
         """Points of the strip at `samples` equidistant arc lengths.
 
         Returns
@@ -143,7 +150,16 @@ class Solution:
         return sample(self, samples)
 
 
-def solve(state, *, P=None, H=None, ends="clamped-clamped", shortening=None, method="exact", **chain):
+def solve(
+    state: str,
+    *,
+    P: ArrayLike | None = None,
+    H: ArrayLike | None = None,
+    ends: str | Ends = "clamped-clamped",
+    shortening: ArrayLike | None = None,
+    method: str = "exact",
+    **chain: Any,
+) -> Solution:
     """Find a state, its admissibility and its stability at every point of broadcast arrays.
 
     Either the load or the shortening is prescribed.

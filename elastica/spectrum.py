@@ -50,7 +50,7 @@ class Conventional(NamedTuple):
     """Verdict of the conventional energy method: what `conventional` returns."""
 
     eigenvalues: np.ndarray
-    index: np.ndarray
+    index: np.ndarray  # type: ignore[assignment]  # hides tuple.index
     stable: np.ndarray
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.ends import parse_ends
+from elastica.ends import Ends, parse_ends
 from elastica.segments import HALF, Kind
 
 GRAMMAR = re.compile(
@@ -170,7 +170,7 @@ def _spell(word, kind_a):
     return "a" * kind_a[0] + word + "a" * kind_a[1]
 
 
-def states(ends="clamped-clamped", max_contacts=1):
+def states(ends: str | Ends = "clamped-clamped", max_contacts: int = 1) -> list[str]:
     """Canonical names of the states with up to `max_contacts` contacts.
 
     Parameters

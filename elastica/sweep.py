@@ -227,7 +227,7 @@ def follow(segment, p, H, steepest_angle):
         lam[node, alive], length[node, alive], D[node, alive] = here[:3]
         if node + 1 == NODES:
             break
-        force, along, swing = here[0], *here[3:]
+        force, along, swing = here[0], here[3], here[4]
         goes_on = np.isfinite(here[1]) & (swing < steepest_angle)
         force = (force + along * (nodes[node + 1, alive] - kappa[alive]))[goes_on]
         alive = alive[goes_on]

@@ -21,6 +21,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
 from elastica.alternating import alternating
@@ -87,11 +88,11 @@ class Transitions:
     index_before: np.ndarray
     index_after: np.ndarray
 
-    def __len__(self):
+    def __len__(self) -> int:
         """Number of rows."""
         return self.H.size
 
-    def __str__(self):
+    def __str__(self) -> str:
         """One line an event."""
         lines = [f"{'H':>10} {'P':>16} {'shortening':>14}  {'state':<8} {'event':<14} index       meets"]
         for row in range(len(self)):
@@ -119,7 +120,13 @@ class _Track(NamedTuple):
     ends_at: dict
 
 
-def transitions(state, H, ends="clamped-clamped", control="P", P_max=12.0):
+def transitions(
+    state: str,
+    H: ArrayLike,
+    ends: str | Ends = "clamped-clamped",
+    control: str = "P",
+    P_max: float = 12.0,
+) -> Transitions:
     """Events of a state along load or shortening at each gap.
 
     Parameters

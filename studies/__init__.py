@@ -6,6 +6,16 @@
 """
 
 from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from studies.charts import chart as chart
+    from studies.checking import check as check
+    from studies.errors import StudyError as StudyError
+    from studies.files import open as open
+    from studies.plan import Plan as Plan
+    from studies.runner import run as run
+    from studies.study import Study as Study
 
 _HOME = {
     "Study": "study",
@@ -20,7 +30,7 @@ _HOME = {
 __all__ = sorted(_HOME)
 
 
-def __getattr__(name):
+def __getattr__(name: str) -> Any:
     """Import on first use: solving one state must not wait for dask, xarray and matplotlib."""
     if name not in _HOME:
         raise AttributeError(f"module 'studies' has no attribute {name!r}")

@@ -7,7 +7,7 @@ the grid is solved where it is.
 
 from itertools import cycle
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -25,6 +25,9 @@ from elastica.solution import solve
 from elastica.states import is_canonical
 from studies.errors import StudyError
 from studies.schema import control_of
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 AXES = {"P": "thrust  $P = P^*L^2/4\\pi^2EI$", "shortening": "shortening  $\\Delta L^*/L$"}
 COLOURS = {
@@ -76,7 +79,7 @@ PICTURE = (420, 900)
 """Points of the picture along H and the control."""
 
 
-def chart(dataset):
+def chart(dataset: "Dataset") -> Figure:
     """Draw the stable states over half gap and what is prescribed, one panel for each end condition.
 
     Parameters

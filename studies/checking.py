@@ -4,6 +4,7 @@ Left out: repairing. A file that fails is reported, never changed.
 """
 
 import json
+from pathlib import Path
 
 import numpy as np
 
@@ -26,7 +27,7 @@ follow from these with a factor."""
 RELATIVE = ("energy", "bending_energy", "shortening", "P")
 
 
-def check(path, sample=SAMPLE, seed=0):
+def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[str], list[str]]:
     """Check a dataset and describe it.
 
     Parameters

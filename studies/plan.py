@@ -6,7 +6,7 @@ never changes a value.
 
 from dataclasses import dataclass
 from math import ceil, prod
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,7 +84,7 @@ class Plan:
     known: object = None
 
     @classmethod
-    def of(cls, study, block_points=None, known=None):
+    def of(cls, study: Study, block_points: int | None = None, known: Any = None) -> "Plan":
         """Plan a study.
 
         Parameters
@@ -131,11 +131,11 @@ class Plan:
         )
 
     @property
-    def small(self):
+    def small(self) -> bool:
         """Whether the work is done before worker processes would have started."""
         return self.seconds < SMALL
 
-    def report(self, workers):
+    def report(self, workers: int) -> list[str]:
         """Lines that tell a user what a run would do."""
         lines = [
             f"study     {self.study.name} ({self.study.study_id[:8]})",

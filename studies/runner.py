@@ -9,7 +9,7 @@ import shutil
 import uuid
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.blocks import NAMED, Job, compute_block, versions
 from studies.cluster import dispatch, local_cluster
@@ -22,6 +22,11 @@ from studies.progress import progress
 from studies.provenance import describe
 from studies.reduction import reduce, source_of
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
+from studies.study import Study
+
+if TYPE_CHECKING:
+    from distributed import Client
+    from xarray import Dataset
 
 LEAST_LIMIT, PATIENCE = 600.0, 30.0
 """Seconds that a block has at the least, and how often the time that is expected of it."""
@@ -53,7 +58,7 @@ class Policy(NamedTuple):
     """
 
     workers: int | None = None
-    client: object = None
+    client: "Client | None" = None
     part: tuple[int, int] | None = None
     raises: bool = False
     max_failures: int | None = None
@@ -61,7 +66,15 @@ class Policy(NamedTuple):
     force_unlock: bool = False
 
 
-def run(study, out=None, workers=None, client=None, block_points=None, reuse=None, **policy):
+def run(
+    study: Study,
+    out: str | Path | None = None,
+    workers: int | None = None,
+    client: "Client | None" = None,
+    block_points: int | None = None,
+    reuse: str | Path | None = None,
+    **policy: Any,
+) -> "Dataset":
     """Compute a study and return its dataset.
 
     Parameters

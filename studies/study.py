@@ -8,6 +8,7 @@ import hashlib
 import json
 import tomllib
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
 
 from pydantic import ValidationError, model_validator
 
@@ -16,6 +17,9 @@ from elastica.states import parse_state, states
 from studies.errors import StudyError
 from studies.evaluate import Task
 from studies.tables import About, Grid, Outputs, Range, Solve, States, Table
+
+if TYPE_CHECKING:
+    from studies.plan import Plan
 
 NUMERICS_VERSION = 2
 """Raised whenever the same study may give other values than before, beyond rounding."""
@@ -59,7 +63,7 @@ class Study(Table):
         return self
 
     @classmethod
-    def from_toml(cls, path):
+    def from_toml(cls, path: str | Path) -> Self:
         """Read and validate a study file.
 
         Parameters
@@ -86,7 +90,7 @@ class Study(Table):
         return cls.from_dict(content, path)
 
     @classmethod
-    def from_dict(cls, content, path="study"):
+    def from_dict(cls, content: dict[str, Any], path: str | Path = "study") -> Self:
         """Validate the content of a study file; `path` names it in messages."""
         try:
             return cls.model_validate(content)
@@ -94,17 +98,17 @@ class Study(Table):
             raise StudyError(f"{path}: {_explain(problem)}") from None
 
     @property
-    def name(self):
+    def name(self) -> str:
         """Name of the study and of its default output."""
         return self.study.name
 
     @property
-    def task(self):
+    def task(self) -> Task:
         """What is computed at every grid point."""
         return Task(self.state_names, self.states.names is None, self.outputs, self.solve)
 
     @property
-    def state_names(self):
+    def state_names(self) -> tuple[str, ...]:
         """Canonical names of the states to solve, each once; with max_contacts, of their first roots."""
         if self.states.names is not None:
             wanted = (
@@ -114,21 +118,22 @@ class Study(Table):
                 if _has_meaning(name, ends)
             )
         else:
-            wanted = (name for ends in self.grid.ends for name in states(ends, self.states.max_contacts))
+            contacts = self.states.max_contacts or 0
+            wanted = (name for ends in self.grid.ends for name in states(ends, contacts))
         return tuple(dict.fromkeys(wanted))
 
     @property
-    def config_json(self):
+    def config_json(self) -> str:
         """The whole study as canonical JSON."""
         return json.dumps(self.model_dump(mode="json", exclude_none=True), sort_keys=True, ensure_ascii=False)
 
     @property
-    def study_id(self):
+    def study_id(self) -> str:
         """Identity of everything in the study file."""
         return hashlib.sha256(self.config_json.encode()).hexdigest()[:32]
 
     @property
-    def numerics_id(self):
+    def numerics_id(self) -> str:
         """Identity of the method; results that share it may be merged."""
         numerics = {
             "solve": self.solve.model_dump(mode="json", exclude_none=True),
@@ -137,11 +142,11 @@ class Study(Table):
         return hashlib.sha256(json.dumps(numerics, sort_keys=True).encode()).hexdigest()[:32]
 
     @property
-    def identity(self):
+    def identity(self) -> dict[str, str]:
         """Both identities, by their names in files."""
         return {"study_id": self.study_id, "numerics_id": self.numerics_id}
 
-    def plan(self, **policy):
+    def plan(self, **policy: Any) -> "Plan":
         """Divide the study into blocks; see `studies.plan.Plan`."""
         from studies.plan import Plan
 

@@ -36,7 +36,7 @@ SECOND_ORDER = 1 / 12
 class Verdict(NamedTuple):
     """Index, nullity and `Stability` code."""
 
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index
     nullity: int
     stability: Stability
 

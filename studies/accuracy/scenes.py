@@ -29,7 +29,7 @@ class Scene(NamedTuple):
     energy: float
     shortening: float
     eigenvalue: float
-    index: int
+    index: int  # type: ignore[assignment]  # hides tuple.index
     y: np.ndarray
 
 
@@ -39,7 +39,7 @@ class Answer(NamedTuple):
     seconds: dict
     energy: float
     shortening: float
-    index: int | None = None
+    index: int | None = None  # type: ignore[assignment]  # hides tuple.index
     eigenvalue: float | None = None
     y: np.ndarray | None = None
 

@@ -1,0 +1,50 @@
+import inspect
+from pathlib import Path
+
+import pytest
+import yaml
+
+import elastica
+import studies
+import studies.accessor
+
+PUBLIC = {
+    f"{package.__name__}.{name}": getattr(package, name)
+    for package in (elastica, studies)
+    for name in package.__all__
+} | {"accessor": studies.accessor.Elastica, "plot": studies.accessor.Plot}
+ROOT = Path(__file__).parents[2]
+
+
+def functions(thing):
+    """A function, or those of a class that users may call."""
+    if inspect.isfunction(thing):
+        return [thing]
+    found = (getattr(member, "__func__", getattr(member, "fget", member)) for member in vars(thing).values())
+    # Dataclasses and tuples make functions that are not from a file of ours.
+    own = (f for f in found if inspect.isfunction(f) and f.__code__.co_filename.startswith(str(ROOT)))
+    return [f for f in own if f.__name__.startswith("__") or not f.__name__.startswith("_")]
+
+
+@pytest.mark.parametrize("name", PUBLIC)
+def test_what_users_call_has_type_hints(name):
+    for function in functions(PUBLIC[name]):
+        signature = inspect.signature(function)
+        parameters = [p for p in signature.parameters.values() if p.name not in ("self", "cls")]
+        bare = [p.name for p in parameters if p.annotation is p.empty]
+        assert not bare, f"{function.__qualname__}: {bare}"
+        assert signature.return_annotation is not signature.empty, function.__qualname__
+
+
+def test_both_packages_say_that_they_are_typed():
+    for package in (elastica, studies):
+        assert Path(package.__file__).with_name("py.typed").is_file()
+
+
+def test_the_citation_is_that_of_this_version():
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    project = (ROOT / "pyproject.toml").read_text()
+    changes = (ROOT / "CHANGELOG.md").read_text()
+    assert f'version = "{citation["version"]}"' in project
+    assert f"## {citation['version']}" in changes
+    assert citation["license"] == "BSD-3-Clause"
