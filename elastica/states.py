@@ -6,6 +6,37 @@ U UD UU …    the walls touched, from end A to end B (U upper, D lower)
 a… …a        the end segment on that side is of kind A: the strip first bends away from the wall
 …-           line regime: the contacts are lines, κ = 0
 …:2 :3       further roots of the same word, by increasing κ
+
+Of mirror images one has a name: it starts with U and, where both ends are alike, comes last in the alphabet
+(UUD, not UDD; Ua, not aU). The other names are understood too.
+
+Between contacts and ends the strip is free. Its pieces are of few kinds, drawn here as they rise to the
+upper wall (║ clamp, ○ pin; at clamps and contacts the strip is parallel to the walls):
+
+      S  clamp to wall           A  clamp to wall                0  a wall to itself
+     ━━━━━━━━━━━━━━━━━━━━━━     ━━━━━━━━━━━━━━━━━━━━━━━━━━━    ━━━━━━━━━━━━━━━━━━━━━━
+                   _.-''''                          _.-'''    '''-._          _.-'''
+                _.'                             _.'                '-..__..-'
+              .-                              .'
+           _-'                              .-
+    ║____.-'                   ║---..______.-
+
+      S  from a pin              A  from a pin                   S  a wall to the other
+     ━━━━━━━━━━━━━━━━━          ━━━━━━━━━━━━━━━━━━━━━━━━━━━    ━━━━━━━━━━━━━━━━━━━━━━━━━━
+             _.-''''                          _.-'''                       _.--'''''
+          _-'                             .-'                           _-'
+        .-                              .'                             _'
+      _-                 ○_          _-'                            _.'
+    ○-                     '-._____.'                      _____..-'
+                                                           ━━━━━━━━━━━━━━━━━━━━━━━━━━
+
+S has one inflection, counting a pin; A dips first, 0 bulges off its wall: one inflection more, and one more
+direction in which the energy falls. So at a given load the stable states with point contacts are those made
+of S only, up to their fold (`stability`). Each kind may go on for further full periods.
+
+A state is the list of its segments from A to B: U is S S, Ua is S A, UD is S S S, UU is S 0 S; the last one
+runs from the wall to end B. In the line regime each arrives at the wall without curvature, and what is left
+of the length lies flat. The closed forms are those of `segments`.
 """
 
 import re

@@ -1,5 +1,28 @@
 """What a dataset contains: its variables with dimensions, types and meanings.
 
+A dataset is one netCDF-4 file (CF-1.11, ACDD) that needs none of this code: `ncdump -h FILE.nc` shows all
+that is said here, and xarray, MATLAB, Julia or R read it.
+
+    ends  H  P  state            status, stability, index, nullity, curvature, energy, … (`VARIABLES`)
+    ends  H  P  state  contact   reaction, contact_position
+    ends  H  P  state  mode      eigenvalue, frequency: if [outputs] asks for them
+    ends  H  P  state  s         theta, x, y: if [outputs] asks for shapes
+    ends  H  P                   stable_count, preferred_state
+    failure                      failure_ends, failure_H, failure_P, failure_state: positions; failure_reason
+
+* At prescribed shortening `shortening` is the dimension in place of `P`, which becomes a variable; the
+  attribute `control` says which. The failure table is there only if points failed.
+* Numbers are dimensionless, `comment` tells by what they were divided; NaN where there is nothing.
+* Codes are small integers whose meanings stand in `flag_meanings`. `status`: 0 solved, 1 no_equilibrium,
+  2 inadmissible (a contact would have to pull, or a bump passes a wall: values kept, no verdict), 3 failed,
+  −1 not_computed. `stability`: 0 stable, 1 unstable, 2 unstable_third_order, 3 neutral_family, 4 critical
+  (about to change), −1 not_solved.
+* `ends` and `state` are text, the names of `elastica.ends` and `elastica.states`. States that are solved
+  nowhere are left out unless the study names them; the attribute `states_searched` lists all.
+* Attributes: `config_json` (the whole study), `study_id`, `numerics_id` (datasets that share it can be
+  merged), `format_version`, versions of the code and libraries, `history`, and `content_hash` over all
+  values, which `elastica check` verifies. Every chunk carries a checksum.
+
 Left out: how they are computed (`evaluate`) and written (`files`).
 """
 
