@@ -25,6 +25,7 @@ _HOME = {
     "open": "files",
     "check": "checking",
     "chart": "charts",
+    "Catalog": "catalog",
 }
 
 __all__ = sorted(_HOME)

@@ -14,7 +14,7 @@ from studies.evaluate import solve_points, unknown, word_failed
 from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
 from studies.reduction import potential, summarise
 from studies.sandbox import call
-from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
+from studies.schema import COORDINATES, VARIABLES, control_of, coordinates, per_state, variables
 from studies.study import Study
 from studies.tables import Outputs
 
@@ -67,6 +67,7 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         if missing:
             raise StudyError(f"{path}: {', '.join(missing)} missing or without its dimensions; damaged")
         values = {name: dataset.variables[name][:] for name in expected}
+        problems += _conventions(dataset, expected)
     problems += _flags(values) + _ranges(values, labels) + _counts(values, control)
     if study is not None:
         foreign = _agreement(study, labels)
@@ -115,6 +116,21 @@ def _study(path, attributes, problems):
             problems.append(f"{name} does not belong to the study in config_json")
             return None
     return study
+
+
+def _conventions(dataset, expected):
+    """CF attributes that give numbers their meaning, where they are not those of the format."""
+    coordinates = {dim: COORDINATES[dim] for dim in dataset.dimensions if dim in dataset.variables}
+    attributes = {name: variable.attributes for name, variable in expected.items()} | coordinates
+    problems = [
+        f"{name} has not the {key} of this format"
+        for name, wanted in attributes.items()
+        for key in ("units", "flag_values", "flag_meanings")
+        if key in wanted and not np.array_equal(getattr(dataset.variables[name], key, None), wanted[key])
+    ]
+    if "CF-" not in str(getattr(dataset, "Conventions", "")):
+        problems.append("the attribute Conventions does not name CF")
+    return problems
 
 
 def _flags(values):

@@ -9,6 +9,7 @@ import fcntl
 import json
 import os
 import socket
+import time
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
@@ -19,6 +20,7 @@ from studies.errors import StudyError
 from studies.progress import note
 
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+PAUSE = 0.02
 
 
 @contextmanager
@@ -41,19 +43,66 @@ def sole_writer(folder, part=None, force=False):
     """
     path = folder / _name(part)
     descriptor = _seize(path, force)
-    try:
+    with _released(path, descriptor):
         for other in sorted(folder.glob("run*.lock")):
             if other != path and _conflict(part, other):
                 os.close(_seize(other, force))
                 other.unlink(missing_ok=True)
-        os.truncate(descriptor, 0)
-        os.pwrite(descriptor, json.dumps(_this_process()).encode(), 0)
-        os.fsync(descriptor)
+        _sign(descriptor)
+        yield
+
+
+@contextmanager
+def one_at_a_time(path, patience):
+    """Be the only process that changes something for a moment; wait for the others to be done.
+
+    Parameters
+    ----------
+    path : Path
+        The lock; it exists only while somebody holds it.
+    patience : float
+        Seconds to wait.
+
+    Raises
+    ------
+    StudyError
+        If another process holds the lock all that time.
+    """
+    descriptor = _awaited(path, time.monotonic() + patience)
+    with _released(path, descriptor):
+        _sign(descriptor)
+        yield
+
+
+def _awaited(path, deadline):
+    while True:
+        try:
+            return _seize(path, force=False)
+        except StudyError:
+            if time.monotonic() >= deadline:
+                raise StudyError(
+                    f"{path}: another process holds this lock; wait for it, or remove the lock if that "
+                    "process has ended"
+                ) from None
+        time.sleep(PAUSE)
+
+
+@contextmanager
+def _released(path, descriptor):
+    """Release a lock in the end."""
+    try:
         yield
     finally:
         # While it is locked, so that nobody else can hold the file that is removed.
         path.unlink(missing_ok=True)
         os.close(descriptor)
+
+
+def _sign(descriptor):
+    """Record who holds the lock."""
+    os.truncate(descriptor, 0)
+    os.pwrite(descriptor, json.dumps(_this_process()).encode(), 0)
+    os.fsync(descriptor)
 
 
 def _name(part):
