@@ -9,6 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from studies.catalog import Catalog as Catalog
     from studies.charts import chart as chart
     from studies.checking import check as check
     from studies.errors import StudyError as StudyError

@@ -8,7 +8,7 @@ import json
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
@@ -17,7 +17,7 @@ from elastica.states import parse_state
 from studies.errors import StudyError
 
 INDEX = "index.json"
-INDEX_VERSION = 1
+INDEX_VERSION: Final = 1
 ANY_NAME = "1/2"
 """Ends at which every name of a state has a meaning."""
 
@@ -94,7 +94,7 @@ def _plain(name):
 
 
 class _Index(_Record):
-    format_version: Literal[INDEX_VERSION]
+    format_version: Literal[1]
     entries: dict[Annotated[str, AfterValidator(_plain)], Entry]
 
 
@@ -110,10 +110,10 @@ class Catalog:
     """
 
     folder: Path
-    entries: dict
+    entries: dict[str, Entry]
 
     @classmethod
-    def read(cls, folder):
+    def read(cls, folder: str | Path) -> "Catalog":
         """Read the index of a folder; a folder without one is an empty catalogue.
 
         Parameters
@@ -155,11 +155,11 @@ class Catalog:
             where = ".".join(map(str, error["loc"]))
             raise _damaged(path, f"{where}: {error['msg']}") from None
 
-    def path(self, name):
+    def path(self, name: str) -> Path:
         """Path of an archived dataset."""
         return self.folder / name
 
-    def condition(self, name):
+    def condition(self, name: str) -> str:
         """What a look at the folder tells of a dataset: "present", "gone" or "changed"."""
         try:
             size = self.path(name).stat().st_size
@@ -167,7 +167,15 @@ class Catalog:
             return "gone"
         return "present" if size == self.entries[name].bytes else "changed"
 
-    def find(self, ends=None, state=None, H=None, P=None, shortening=None, method=None):
+    def find(
+        self,
+        ends: str | None = None,
+        state: str | None = None,
+        H: float | None = None,
+        P: float | None = None,
+        shortening: float | None = None,
+        method: str | None = None,
+    ) -> "Catalog":
         """Datasets that hold what is asked for; what is left out may be anything.
 
         Parameters
@@ -205,7 +213,7 @@ class Catalog:
             self.folder, {name: entry for name, entry in self.entries.items() if entry.holds(**query)}
         )
 
-    def text(self):
+    def text(self) -> str:
         """Content of `index.json`."""
         entries = {name: self.entries[name] for name in sorted(self.entries)}
         index = _Index(format_version=INDEX_VERSION, entries=entries).model_dump(
