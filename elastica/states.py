@@ -31,8 +31,9 @@ upper wall (║ clamp, ○ pin; at clamps and contacts the strip is parallel to 
                                                            ━━━━━━━━━━━━━━━━━━━━━━━━━━
 
 S has one inflection, counting a pin; A dips first, 0 bulges off its wall: one inflection more, and one more
-direction in which the energy falls. So at a given load the stable states with point contacts are those made
-of S only, up to their fold (`stability`). Each kind may go on for further full periods.
+direction in which the energy falls. Each kind may go on for further full periods, two directions each. While
+no angle reaches 90° the index of a state with point contacts is the sum of these, less one beyond a fold
+(`stability`): at a given load what one sees are mostly states made of S only.
 
 A state is the list of its segments from A to B: U is S S, Ua is S A, UD is S S S, UU is S 0 S; the last one
 runs from the wall to end B. In the line regime each arrives at the wall without curvature, and what is left

@@ -61,8 +61,9 @@ class Elastica:
 
     def stable(self) -> DataArray:
         """Where a state is solved and stable: bool, with the dimensions of `stability`."""
-        stable = self._variable("stability") == Stability.STABLE
-        return stable.rename("stable").assign_attrs(long_name="whether the state is stable")
+        stable = (self._variable("stability") == Stability.STABLE).rename("stable")
+        stable.attrs = {"long_name": "whether the state is stable"}
+        return stable
 
     def state(self, name: str) -> Dataset:
         """Select one state by its name.

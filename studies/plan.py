@@ -145,7 +145,7 @@ class Plan:
             f"blocks    {len(self.blocks):,}",
             f"size      at most {readable_bytes(self.bytes)} before compression"
             + f", if words have {ROOTS} roots on the average" * self.task.every_root,
-            f"time      about {readable_time(self.seconds)} of work, "
+            f"time      {'about ' * (self.seconds >= 1)}{readable_time(self.seconds)} of work, "
             f"{readable_time(self.seconds / workers)} on {workers} worker{'s' * (workers > 1)}",
         ]
         if self.bytes > WARN_BYTES:

@@ -22,6 +22,7 @@ def test_stable_is_what_sel_and_where_say(dataset):
     stable = dataset.elastica.stable()
     assert stable.dtype == bool and stable.dims == dataset["stability"].dims
     assert 0 < stable.sum() < stable.size
+    assert list(stable.attrs) == ["long_name"] and stable.H.attrs == dataset.H.attrs
     xarray.testing.assert_equal(stable.sum("state"), dataset["stable_count"])
     energy = dataset["energy"].where(stable)
     assert (dataset["status"].where(stable, 0) == Status.SOLVED).all()
