@@ -21,14 +21,14 @@ LEAST_SHARE, LEAST_SECONDS = 1 / 20, 10.0
 """Of the time limit of a block, for its smallest part: some work is the same for one point as for many."""
 NAMED = 10
 """Failures that a block names to the summary of the run; the dataset has them all."""
-LIBRARIES = ("constrained-elastica", "numpy", "scipy", "netCDF4")
+LIBRARIES = ("constrained-elastica", "numpy", "scipy", "netCDF4", "distributed")
 
 
 class Job(NamedTuple):
     """What a block needs to know of its run.
 
-    `token` is what `probe`, a file in the folder, must hold; `limit` the seconds of a block, None where it
-    is to be solved in this very process.
+    `probe` is a file in the folder, by which workers prove that they see it; `limit` the seconds of a block,
+    None where it is to be solved in this very process.
     """
 
     task: Task
@@ -55,8 +55,18 @@ def versions():
     return (("numerics", str(NUMERICS_VERSION)), *((name, version(name)) for name in LIBRARIES))
 
 
-def prove(job):
-    """Prove that this process sees the folder of the run and solves as its client would.
+def prove(folder, probe, versions_here):
+    """Prove that this process sees the folder of a run and solves as its client would.
+
+    Arguments are of built-in types, which a worker with another version of this package understands.
+
+    Parameters
+    ----------
+    folder : Path
+    probe : str
+        Name of a file that is there.
+    versions_here : tuple of (str, str)
+        `versions` of the client.
 
     Raises
     ------
@@ -64,18 +74,20 @@ def prove(job):
         If it does not.
     """
     try:
-        seen = (job.folder / job.probe).exists()
+        seen = (folder / probe).exists()
     except OSError:
         seen = False
     if not seen:
         raise StudyError(
-            f"{job.folder}: a worker does not see this folder; put the output where all machines see it, "
+            f"{folder}: a worker does not see this folder; put the output where all machines see it, "
             "by the same path"
         )
-    if versions() != job.versions:
-        both = zip(job.versions, versions(), strict=True)
+    if versions() != versions_here:
+        here, there = dict(versions_here), dict(versions())
         unlike = [
-            f"{name} {ours} here, {theirs} there" for (name, ours), (_, theirs) in both if ours != theirs
+            f"{name} {here.get(name)} here, {there.get(name)} there"
+            for name in here | there
+            if here.get(name) != there.get(name)
         ]
         raise StudyError(f"a worker has other versions: {', '.join(unlike)}; install the same")
 
@@ -87,8 +99,6 @@ def compute_block(block, job):
     -------
     Done
     """
-    if job.probe:
-        prove(job)
     if job.limit is None:
         return _solve(block, job)
     try:

@@ -1,27 +1,41 @@
-"""Dispatch blocks to dask workers: of this machine, or of a scheduler that somebody else started.
+"""Clusters of dask workers: on this machine, started by somebody else, or jobs of a queueing system.
 
-A few blocks are in flight for each worker and their results are let go at once, so that neither client nor
-scheduler grows with the study; workers may leave and join.
+What they compute is not their concern (`dispatch`). Addresses are loopback unless the user names another;
+traffic that leaves the machine can be encrypted, and that of jobs always is.
 """
 
 import signal
-import time
 from contextlib import ExitStack, contextmanager
+from importlib import import_module
+from pathlib import Path
+from shutil import which
+from tempfile import TemporaryDirectory
 
-from studies.blocks import compute_block, prove
 from studies.errors import StudyError
 from studies.sandbox import MALLOC
 
-IN_FLIGHT = 2
-"""Blocks waiting at each worker, so that none idles while a result travels."""
-WAIT = 60.0
-"""Seconds that a run waits for the first worker."""
-COUNT_EVERY = 2.0
-"""Seconds between looks at how many workers there are."""
+QUEUES = {
+    "slurm": "SLURMCluster",
+    "pbs": "PBSCluster",
+    "sge": "SGECluster",
+    "lsf": "LSFCluster",
+    "oar": "OARCluster",
+    "moab": "MoabCluster",
+    "htcondor": "HTCondorCluster",
+    "local": "local.LocalCluster",
+}
+"""Queueing systems by the names of their sections in jobqueue.yaml; `local` stands in for one in tests."""
+ANSWER = 10.0
+"""Seconds within which a scheduler must answer."""
+REPLACE_EVERY = 30.0
+"""Seconds between looks for jobs that have ended."""
 SHORT_LOGS = {"distributed.admin.low-level-log-length": 20}
 """Clients and schedulers log the last messages; with the labels of 10,000 points each they take 0.5 GB."""
-TRIES = 10
-"""How often a block is given to another worker, for no fault of its own, when one leaves."""
+CERTIFICATES = (
+    "distributed.comm.tls in ~/.config/dask/distributed.yaml, or DASK_DISTRIBUTED__COMM__TLS__CA_FILE, "
+    "…__CLIENT__CERT and …__CLIENT__KEY"
+)
+"""Where dask looks for the certificates of a client."""
 
 
 @contextmanager
@@ -57,92 +71,148 @@ def local_cluster(workers):
 
 @contextmanager
 def running_cluster(address):
-    """A client of a scheduler that is already there.
+    """A client of a scheduler that is already there; of tls:// with the certificates dask is configured for.
 
     Raises
     ------
     StudyError
-        If no scheduler answers.
+        If no scheduler answers, or the two do not trust each other.
     """
     import dask
     from distributed import Client
 
     try:
         with dask.config.set(SHORT_LOGS):
-            client = Client(address, timeout=10)
-    except (OSError, ValueError) as problem:
-        raise StudyError(f"--scheduler {address}: no dask scheduler answers there ({problem})") from None
+            client = Client(address, timeout=ANSWER)
+    except (OSError, ValueError, TypeError) as problem:
+        raise StudyError(f"--scheduler {address}: {_why_no_client(problem)}") from None
     with client:
         yield client
 
 
-def dispatch(client, blocks, job):
-    """Results of blocks as they finish.
+def _why_no_client(problem):
+    """What keeps a client from its scheduler, and what to change."""
+    from ssl import SSLError
+
+    from distributed.comm.core import FatalCommClosedError
+
+    if isinstance(problem, TypeError):
+        return f"tls:// needs certificates, and none are named; name them in {CERTIFICATES}"
+    if isinstance(problem, (SSLError, FileNotFoundError, PermissionError)):
+        reason = getattr(problem, "reason", problem.strerror)
+        return f"a certificate cannot be read ({reason}); mend {CERTIFICATES}"
+    if isinstance(problem, FatalCommClosedError):
+        return f"the certificates here and there are not of the same authority; mend {CERTIFICATES}"
+    return f"no dask scheduler answers there ({problem})"
+
+
+@contextmanager
+def queued_cluster(queue, workers, folder):
+    """A client of workers that run as jobs of a queueing system, which end with the block.
+
+    What a job is (its cores, memory, walltime, account) stands in dask's `jobqueue.yaml`.
 
     Parameters
     ----------
-    client : distributed.Client
-    blocks : sequence of Block
-    job : Job
-
-    Yields
-    ------
-    Done
+    queue : str
+        One of `QUEUES`.
+    workers : int
+        How many to ask for.
+    folder : Path
+        That all machines see: certificates made for this run are there, unless dask is configured with some.
 
     Raises
     ------
     StudyError
-        If the workers cannot do the job, or the scheduler is lost.
+        If dask-jobqueue is missing, not configured, or no job can be submitted.
     """
-    from distributed import CancelledError, as_completed
-    from distributed.comm import CommClosedError
-    from distributed.scheduler import KilledWorker
+    import dask
+    from distributed import Client
 
-    _prove_workers(client, job)
-    waiting = [(block, 0) for block in reversed(blocks)]
-    owner, flight = {}, as_completed()
-    count, counted = _count(client), time.monotonic()
+    place, _, name = f"dask_jobqueue.{QUEUES[queue]}".rpartition(".")
     try:
-        while waiting or owner:
-            if time.monotonic() - counted > COUNT_EVERY:
-                count, counted = _count(client), time.monotonic()
-            while waiting and len(owner) < IN_FLIGHT * max(1, count):
-                block, tries = waiting.pop()
-                future = client.submit(compute_block, block, job, pure=False)
-                owner[future] = block, tries
-                flight.add(future)
-            future = next(flight)
-            block, tries = owner.pop(future)
-            try:
-                done = future.result()
-            except KilledWorker:
-                if tries == TRIES:
-                    raise StudyError(
-                        f"{TRIES} workers were lost one after the other; what is computed is kept in "
-                        f"{job.folder} and the same command goes on from there"
-                    ) from None
-                waiting.append((block, tries + 1))
-                continue
-            yield done
-            del future
-    except (CancelledError, CommClosedError, TimeoutError) as problem:
+        import_module("cryptography")
+        kind = getattr(import_module(place), name)
+    except ImportError as problem:
         raise StudyError(
-            f"the scheduler was lost ({type(problem).__name__}); what is computed is kept in {job.folder} "
-            "and the same command goes on from there"
+            f"--cluster {queue}: {problem.name} is missing; pip install 'constrained-elastica[cluster]'"
         ) from None
+    submit = (kind.job_cls.submit_command or "").partition(" ")[0]
+    if submit and which(submit) is None:
+        raise StudyError(f"--cluster {queue}: there is no {submit} here; run where jobs are submitted")
+    settings = dask.config.get(f"jobqueue.{queue}.scheduler-options", {})
+    with ExitStack() as stack:
+        try:
+            stack.enter_context(dask.config.set(SHORT_LOGS))
+            security = stack.enter_context(_encryption(folder))
+            cluster = stack.enter_context(
+                kind(
+                    security=security,
+                    scheduler_options={"dashboard_address": "127.0.0.1:0", **settings},
+                    silence_logs="critical",
+                )
+            )
+            client = stack.enter_context(Client(cluster))
+            stack.enter_context(_jobs(cluster, workers))
+        except (ValueError, RuntimeError) as problem:
+            lines = [line for line in str(problem).splitlines() if line.strip()]
+            reason = lines[-1] if isinstance(problem, RuntimeError) else lines[0].partition(", for")[0]
+            raise StudyError(
+                f"--cluster {queue}: no job can be submitted ({reason}); describe jobs under "
+                f"jobqueue: {queue}: in ~/.config/dask/jobqueue.yaml"
+            ) from None
+        yield client
 
 
-def _prove_workers(client, job):
-    """Refuse to begin unless there are workers and each can do the job."""
+@contextmanager
+def _encryption(folder):
+    """The certificates that dask is configured for, or some for this run, in files of the user alone."""
+    import dask
+    from distributed import Security
+
+    if dask.config.get("distributed.comm.tls.ca-file", None):
+        yield Security(require_encryption=True)
+        return
+    made = Security.temporary()
+    with TemporaryDirectory(prefix=".certificates-", dir=folder.resolve()) as place:
+        paths = {}
+        for part, text in (
+            ("ca", made.tls_ca_file),
+            ("cert", made.tls_client_cert),
+            ("key", made.tls_client_key),
+        ):
+            path = Path(place) / f"{part}.pem"
+            path.write_text(text)
+            paths[part] = str(path)
+        of_roles = {
+            f"tls_{role}_{part}": paths[part]
+            for role in ("client", "scheduler", "worker")
+            for part in ("cert", "key")
+        }
+        yield Security(require_encryption=True, tls_ca_file=paths["ca"], **of_roles)
+
+
+@contextmanager
+def _jobs(cluster, workers):
+    """Submit jobs; those that reach their walltime are submitted again."""
+    from distributed.core import Status
+    from tornado.ioloop import PeriodicCallback
+
+    async def submit():
+        cluster.scale(workers)
+        try:
+            # What `scale` starts in the background would fail there unheard.
+            await cluster._correct_state()
+        except Exception:
+            for job in cluster.workers.values():
+                # A cluster with jobs that were never submitted does not close.
+                job.status = Status.failed if job.job_id is None else job.status
+            raise
+
+    cluster.sync(submit)
+    again = PeriodicCallback(lambda: cluster.scale(workers), REPLACE_EVERY * 1000)
+    cluster.loop.add_callback(again.start)
     try:
-        client.wait_for_workers(1, timeout=WAIT)
-    except TimeoutError:
-        raise StudyError(f"the scheduler has had no worker for {WAIT:g} s; start some") from None
-    for address, answer in client.run(prove, job, on_error="return").items():
-        if isinstance(answer, Exception):
-            raise StudyError(f"worker {address}: {answer}")
-
-
-def _count(client):
-    """Workers there are now."""
-    return len(client.scheduler_info(n_workers=-1)["workers"])
+        yield
+    finally:
+        cluster.loop.add_callback(again.stop)

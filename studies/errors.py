@@ -7,3 +7,7 @@ class StudyError(ValueError):
 
 class FailedPoints(StudyError):
     """A run that stops because points failed, as the user asked."""
+
+
+class UnfitWorker(Exception):
+    """A worker that cannot compute a study: its address, and why."""

@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.blocks import NAMED, Job, compute_block, versions
-from studies.cluster import dispatch, local_cluster
+from studies.cluster import local_cluster
+from studies.dispatch import dispatch
 from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
 from studies.lock import sole_writer

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main
 from studies.command_line.options import FORCE, OUTPUT, STUDY, writable
 
@@ -28,6 +29,11 @@ class Part(click.ParamType):
 @OUTPUT
 @click.option("--workers", type=click.IntRange(min=0), help="Worker processes; 0 computes in this one.")
 @click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
+@click.option(
+    "--cluster",
+    type=click.Choice(list(QUEUES)),
+    help="Submit --workers N as jobs, described in dask's jobqueue.yaml.",
+)
 @click.option("--shard", type=Part(), help="Compute part i of n only; `reduce` joins the parts.")
 @click.option(
     "--on-error",
@@ -49,6 +55,7 @@ def run(
     output,
     workers,
     scheduler,
+    cluster,
     shard,
     on_error,
     max_failures,
@@ -57,7 +64,7 @@ def run(
     force_unlock,
 ):
     """Compute a study and write its dataset."""
-    from studies.cluster import running_cluster
+    from studies.cluster import queued_cluster, running_cluster
     from studies.errors import StudyError
     from studies.merging import lend
     from studies.plan import Plan
@@ -70,11 +77,17 @@ def run(
         click.echo(f"{output}: this study is done; nothing to compute")
         _summarise(ctx, output)
         return
-    if scheduler and workers is not None:
-        raise StudyError("--workers and --scheduler: a running scheduler has its own workers; give one")
+    if scheduler and (cluster or workers is not None):
+        raise StudyError("--scheduler: it has its own workers; leave --workers and --cluster out")
+    if cluster and not workers:
+        raise StudyError(f"--cluster {cluster}: say how many workers to ask for, such as --workers 40")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
     try:
-        client = ctx.with_resource(running_cluster(scheduler)) if scheduler else None
+        client = None
+        if scheduler:
+            client = ctx.with_resource(running_cluster(scheduler))
+        if cluster:
+            client = ctx.with_resource(queued_cluster(cluster, workers, output.parent))
         policy = Policy(workers, client, shard, on_error == "raise", max_failures, time_limit, force_unlock)
         known = lend(reuse, study) if reuse else None
         failed = compute(Plan.of(study, known=known), output, policy)

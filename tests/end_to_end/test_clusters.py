@@ -1,71 +1,266 @@
-"""The same run on a scheduler and workers that somebody else started, as separate processes."""
+"""The same run wherever there are processors: the same dataset, whoever joins, leaves or is a stranger."""
 
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
 
+import dask
 import pytest
+from click.testing import CliRunner
+from distributed import Client, Security
+from end_to_end.conftest import TOML
 from end_to_end.processes import elastica
 
+import studies
+from studies import Study, StudyError, cluster, dispatch, runner
+from studies.blocks import prove, versions
+from studies.cluster import queued_cluster, running_cluster
+from studies.command_line import main
 from studies.files import identify
 
-DASK = [sys.executable, "-m", "dask"]
-LOOPBACK = ["--host", "127.0.0.1", "--port", "0", "--no-dashboard"]
+MAIN = "import sys; from distributed.cli.{0} import main; main(sys.argv[1:])"
+STRANGE = "import studies.blocks; studies.blocks.versions = lambda: (('numerics', '0'),); "
+TLS = """
+distributed:
+  comm:
+    require-encryption: true
+    tls:
+      ca-file: {0}/ca.pem
+      scheduler: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+      worker: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+      client: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+"""
 
 
-@pytest.fixture
-def scheduler(tmp_path):
-    """Address of a scheduler with two workers, one of them without a nanny."""
-    file = tmp_path / "scheduler.json"
-    silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    started = [
-        subprocess.Popen(
-            [
-                *DASK,
-                *["scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file"],
-                str(file),
-            ],
-            **silent,
-        )
-    ]
-    deadline = time.monotonic() + 60
-    while not file.exists() and time.monotonic() < deadline:
-        time.sleep(0.1)
-    for nanny in ("--nanny", "--no-nanny"):
-        worker = [*DASK, "worker", "--scheduler-file", str(file), "--nthreads", "1", nanny, "--no-dashboard"]
-        started.append(subprocess.Popen([*worker, "--local-directory", str(tmp_path / "dask")], **silent))
-    yield json.loads(file.read_text())["address"]
-    for process in started[::-1]:
-        process.terminate()
-        process.wait(timeout=30)
+class ByHand:
+    """A scheduler and workers, each a process of its own, that talk through TLS."""
+
+    def __init__(self, folder):
+        self.folder, self.processes, self.count = folder, [], 0
+        made = Security.temporary()
+        for name, text in (
+            ("ca", made.tls_ca_file),
+            ("cert", made.tls_client_cert),
+            ("key", made.tls_client_key),
+        ):
+            (folder / f"{name}.pem").write_text(text)
+        (folder / "distributed.yaml").write_text(TLS.format(folder))
+        self.environment = {"DASK_CONFIG": str(folder)}
+        file = folder / "scheduler.json"
+        options = ["--host", "tls://127.0.0.1", "--port", "0", "--scheduler-file", file]
+        self.start("", "dask_scheduler", *options)
+        deadline = time.monotonic() + 120
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        self.address = json.loads(file.read_text())["address"]
+
+    def start(self, before, program, *options):
+        command = [sys.executable, "-c", before + MAIN.format(program), *map(str, options), "--no-dashboard"]
+        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.processes.append(subprocess.Popen(command, env=os.environ | self.environment, **silent))
+        return self.processes[-1]
+
+    def worker(self, before="", nanny="--no-nanny"):
+        """Start a worker: its process and its name."""
+        self.count += 1
+        options = ["--nthreads", 1, nanny, "--name", self.count, "--local-directory", self.folder / "dask"]
+        return self.start(before, "dask_worker", self.address, *options), self.count
+
+    def client(self):
+        ca, cert, key = (f"{self.folder}/{name}.pem" for name in ("ca", "cert", "key"))
+        security = Security(require_encryption=True, tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key)
+        return Client(self.address, security=security)
+
+    def stop(self):
+        for process in self.processes[::-1]:
+            process.terminate()
+        for process in self.processes:
+            process.wait(timeout=60)
 
 
-def test_a_scheduler_started_by_hand_gives_the_identical_dataset(scheduler, toml, tmp_path, dataset_file):
-    out = tmp_path / "small.nc"
-    run = elastica("run", toml, "--scheduler", scheduler, "-o", out)
-    assert run.returncode == 0, run.stderr
+@pytest.fixture(scope="module")
+def by_hand(tmp_path_factory):
+    started = ByHand(tmp_path_factory.mktemp("by-hand"))
+    started.first = started.worker()[0]
+    yield started
+    started.stop()
+
+
+def names(client):
+    """Workers there are, by name."""
+    workers = client.scheduler_info(n_workers=-1)["workers"]
+    return {str(worker["name"]): address for address, worker in workers.items()}
+
+
+def wait_for(client, name):
+    deadline = time.monotonic() + 120
+    while str(name) not in names(client):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+@pytest.mark.parametrize(
+    "way", ["on this machine", "scheduler by hand, TLS", "jobs of a queue", "array jobs"]
+)
+def test_every_way_to_run_gives_the_identical_dataset(way, by_hand, study, toml, dataset_file):
+    out = toml.with_name("out.nc")
+    commands = {
+        "on this machine": [("--workers", 2)],
+        "scheduler by hand, TLS": [("--scheduler", by_hand.address)],
+        "jobs of a queue": [("--cluster", "local", "--workers", 1)],
+        "array jobs": [("--shard", "1/2", "--workers", 0), ("--shard", "2/2", "--workers", 0), None],
+    }
+    job = {"DASK_JOBQUEUE__LOCAL__CORES": "1", "DASK_JOBQUEUE__LOCAL__MEMORY": "1GB"}
+    environment = by_hand.environment if "TLS" in way else job
+    for options in commands[way]:
+        command = ("reduce",) if options is None else ("run", *options)
+        run = elastica(command[0], toml, "-o", out, *command[1:], **environment)
+        assert run.returncode == 0, run.stderr
     assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
-    assert not os.path.exists(f"{out}.shards")
+    assert sorted(path.name for path in out.parent.iterdir()) == ["out.nc", "small.toml"]
 
 
-def test_where_nobody_schedules_is_one_sentence(toml, tmp_path):
-    run = elastica("run", toml, "--scheduler", "tcp://127.0.0.1:9", "-o", tmp_path / "small.nc")
+def test_a_worker_that_cannot_do_the_job_is_named_before_anything_runs(by_hand, toml):
+    stranger, name = by_hand.worker(STRANGE)
+    with by_hand.client() as client:
+        wait_for(client, name)
+        address = names(client)[str(name)]
+        job = runner.Job(None, {}, toml.parent, versions(), ".probe-nowhere", None, False)
+        with pytest.raises(StudyError, match=r"worker tls://.*: .*does not see this folder"):
+            next(dispatch.dispatch(client, [None], job))
+    run = elastica("run", toml, "--scheduler", by_hand.address, **by_hand.environment)
+    stranger.kill()
     assert run.returncode == 2
-    assert "no dask scheduler answers" in run.stderr
+    assert f"worker {address}: a worker has other versions: numerics 2 here, 0 there" in run.stderr
     assert "Traceback" not in run.stderr
 
 
-def test_workers_that_do_not_see_the_folder_or_have_other_versions_are_refused(tmp_path):
-    from studies import StudyError
-    from studies.blocks import Job, prove, versions
+def test_workers_leave_and_join_in_the_run(by_hand, tmp_path, monkeypatch, capsys):
+    text = TOML.replace("num = 12", "num = 3").replace("max_contacts = 1", 'names = ["0", "U"]')
+    (tmp_path / "small.toml").write_text(text.replace("shapes = 11", ""))
+    study = Study.from_toml(tmp_path / "small.toml")
+    studies.run(study, tmp_path / "whole.nc", workers=0).close()
+    whole = identify(tmp_path / "whole.nc")["content_hash"]
+    blocks, original = 30, dispatch.dispatch
+    with by_hand.client() as client:
+        [first] = [address for name, address in names(client).items() if name == "1"]
 
-    job = Job(None, {}, tmp_path, versions(), ".probe-1", 10, False)
+        def eventful(client, todo, job):
+            """Between blocks a worker joins, then a stranger; then the first worker is killed."""
+            for number, done in enumerate(original(client, todo, job)):
+                if number == 2:
+                    by_hand.second = by_hand.worker()[1]
+                    wait_for(client, by_hand.second)
+                if number == 8:
+                    wait_for(client, by_hand.worker(STRANGE)[1])
+                if number == 14:
+                    by_hand.first.kill()
+                yield done
+
+        monkeypatch.setattr(runner, "dispatch", eventful)
+        monkeypatch.setattr(dispatch, "COUNT_EVERY", 0.0)
+        out = tmp_path / "small.nc"
+        assert len(study.plan(block_points=1).blocks) == blocks
+        studies.run(study, out, client=client, block_points=1).close()
+        assert first not in names(client).values()
+        assert list(names(client)) == [str(by_hand.second)]
+    assert identify(out)["content_hash"] == whole
+    told = capsys.readouterr().err
+    assert told.count("was sent away, the run goes on without it: a worker has other versions") == 1
+
+
+def test_a_worker_proves_that_it_sees_the_folder_and_has_the_same_versions(tmp_path):
     with pytest.raises(StudyError, match="does not see this folder"):
-        prove(job)
+        prove(tmp_path, ".probe-1", versions())
     (tmp_path / ".probe-1").touch()
-    prove(job)
-    other = (("numerics", "0"), *versions()[1:])
-    with pytest.raises(StudyError, match="other versions: numerics 0 here"):
-        prove(job._replace(versions=other))
+    prove(tmp_path, ".probe-1", versions())
+    with pytest.raises(StudyError, match=r"numerics 0 here, 2 there, tea 1 here, None there; install"):
+        prove(tmp_path, ".probe-1", (("numerics", "0"), *versions()[1:], ("tea", "1")))
+
+
+@pytest.mark.parametrize(
+    ("certificates", "sentence"),
+    [
+        ({}, "tls:// needs certificates, and none are named; name them in distributed.comm.tls"),
+        ({"ca": "nowhere.pem"}, "a certificate cannot be read (No such file or directory); mend"),
+        ({"ca": "distributed.yaml"}, "a certificate cannot be read (NO_CERTIFICATE_OR_CRL_FOUND); mend"),
+        ({"ca": "other.pem"}, "the certificates here and there are not of the same authority; mend"),
+    ],
+)
+def test_certificates_that_are_missing_or_wrong_are_one_sentence(by_hand, certificates, sentence):
+    (by_hand.folder / "other.pem").write_text(Security.temporary().tls_ca_file)
+    tls = {"ca-file": certificates.get("ca"), "client.cert": "cert.pem", "client.key": "key.pem"}
+    named = {
+        f"distributed.comm.tls.{key}": f"{by_hand.folder}/{file}" for key, file in tls.items() if certificates
+    }
+    with (
+        dask.config.set(named),
+        pytest.raises(StudyError) as problem,
+        running_cluster(by_hand.address),
+    ):
+        pass
+    assert str(problem.value).startswith(f"--scheduler {by_hand.address}: {sentence}")
+
+
+def test_where_nobody_schedules_is_one_sentence(monkeypatch):
+    monkeypatch.setattr(cluster, "ANSWER", 0.5)
+    with pytest.raises(StudyError, match="no dask scheduler answers"), running_cluster("tcp://127.0.0.1:9"):
+        pass
+
+
+@pytest.mark.parametrize(
+    ("sbatch", "job", "sentence"),
+    [
+        (None, {}, "there is no sbatch here; run where jobs are submitted"),
+        ("exit 0", {}, "(You must specify how much cores and memory per job you want to use); describe"),
+        ("exit 1", {"cores": 1, "memory": "1GB"}, "(sbatch: invalid partition: tea); describe jobs under"),
+    ],
+)
+def test_jobs_that_cannot_be_submitted_are_one_sentence(tmp_path, monkeypatch, sbatch, job, sentence):
+    monkeypatch.setenv("PATH", str(tmp_path))
+    if sbatch:
+        command = tmp_path / "sbatch"
+        command.write_text(f"#!/bin/sh\necho sbatch: invalid partition: tea >&2\n{sbatch}\n")
+        command.chmod(0o755)
+    settings = {f"jobqueue.slurm.{key}": value for key, value in job.items()}
+    with (
+        dask.config.set(settings),
+        pytest.raises(StudyError) as problem,
+        queued_cluster("slurm", 2, tmp_path),
+    ):
+        pass
+    assert str(problem.value).startswith("--cluster slurm: ")
+    assert sentence in str(problem.value)
+    assert list(tmp_path.glob(".*")) == []
+
+
+def test_a_job_that_ends_before_the_run_is_submitted_again(tmp_path, monkeypatch):
+    monkeypatch.setattr(cluster, "REPLACE_EVERY", 0.2)
+    job = {"jobqueue.local.cores": 1, "jobqueue.local.memory": "1GB"}
+    with (
+        dask.config.set({**job, "distributed.deploy.lost-worker-timeout": "100ms"}),
+        queued_cluster("local", 1, tmp_path) as client,
+    ):
+        client.wait_for_workers(1, timeout=60)
+        [address] = names(client).values()
+        assert address.startswith("tls://")
+        [process] = [int(job.job_id) for job in client.cluster.workers.values()]
+        os.kill(process, signal.SIGKILL)
+        deadline = time.monotonic() + 60
+        while list(names(client).values()) in ([], [address]):
+            assert time.monotonic() < deadline
+            time.sleep(0.05)
+
+
+def test_options_that_contradict_each_other_are_one_sentence(toml):
+    for options, sentence in (
+        (["--cluster", "slurm"], "say how many workers to ask for"),
+        (["--scheduler", "tcp://127.0.0.1:9", "--workers", "2"], "it has its own workers"),
+        (["--scheduler", "tcp://127.0.0.1:9", "--cluster", "pbs"], "it has its own workers"),
+    ):
+        result = CliRunner().invoke(main, ["run", str(toml), *options])
+        assert result.exit_code == 2
+        assert sentence in result.output
