@@ -1,58 +1,25 @@
-"""Use again what finished datasets hold: join several to one, or lend their points to a wider study.
+"""Join finished datasets of the same numerics along ends, H, what is prescribed, and states.
 
-Results of the same numerics join along ends, H, what is prescribed, and states. Left out: the copying
-(`reduction`).
+Left out: what they hold (`known`), the copying (`reduction`).
 """
 
-import json
-from typing import NamedTuple
+from dataclasses import replace
 
 import numpy as np
 
 from elastica.codes import Status
-from elastica.states import is_canonical
 from studies.errors import StudyError
-from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
-from studies.provenance import describe
-from studies.reduction import Source, positions, reduce
-from studies.sandbox import call
-from studies.schema import control_of, per_state
+from studies.files import opened
+from studies.known import known_from, read_finished, refuse_unlike, state_labels
+from studies.plan import Plan
+from studies.reduction import positions
+from studies.runner import compute
+from studies.schema import per_state
 from studies.study import NUMERICS_VERSION, Study
 
 AGREE = 1e-9
 """Values of the same point from different processors differ by less."""
 NAMED = 5
-
-
-class Finished(NamedTuple):
-    """A dataset whose content is what was written: its study and what it holds."""
-
-    study: Study
-    source: Source
-    attributes: dict
-
-
-def read_finished(path):
-    """A finished dataset, proved intact.
-
-    Raises
-    ------
-    StudyError
-        If it is damaged or not one of ours.
-    """
-    attributes = identify(path)
-    with damage_told(path):
-        content = call(content_hash, path, limit=reading_limit(path))
-        study = Study.from_dict(json.loads(attributes["config_json"]), path)
-        with opened(path) as file:
-            axes = ("ends", "H", control_of(file.dimensions))
-            ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
-        # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
-        known = tuple(_state_labels(path)) if study.task.every_root else study.task.names
-    if content != attributes.get("content_hash"):
-        raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
-    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False)
-    return Finished(study, source, attributes)
 
 
 def merge(paths, out):
@@ -66,7 +33,8 @@ def merge(paths, out):
     Returns
     -------
     Study
-        Of the grid that has every label of them all. Points that none holds are not computed.
+        Of the grid that has every label of them all. Points that none holds are not computed; states that
+        some of them left out are, where others solve them.
 
     Raises
     ------
@@ -74,61 +42,20 @@ def merge(paths, out):
         If the datasets are not of the same numerics, or differ at a point that both hold.
     """
     files = [read_finished(path) for path in paths]
-    for file in files[1:]:
-        _refuse_unlike(files[0].study, files[0].attributes.get("numerics_version"), file)
+    for file in files:
+        refuse_unlike(files[0].study, NUMERICS_VERSION, file)
     study = _united(files)
     for number, file in enumerate(files):
         for other in files[:number]:
             _refuse_conflicts(other, file)
-    sources = [file.source for file in files]
-    missing = int((~_computed(study.grid, sources)).sum())
-    about = {"merged_from": ", ".join(file.attributes["study_id"] for file in files)}
-    if missing:
-        about["points_not_computed"] = missing
-    reduce(study, sources, out, describe(study) | about)
-    return study
-
-
-def lend(path, study):
-    """A finished dataset as a source of points for a study that is yet to be computed.
-
-    Raises
-    ------
-    StudyError
-        If its values are not those that the study would have, or it lacks what the study asks for.
-    """
-    file = read_finished(path)
-    _refuse_unlike(study, NUMERICS_VERSION, file)
-    old, new = file.study, study
-    shared = [ends for ends in new.grid.ends if ends in old.grid.ends]
-    wanted = {name for name in new.task.names if any(is_canonical(name, ends) for ends in shared)}
-    asked = wanted <= set(old.task.names) and new.task.every_root == old.task.every_root
-    modes = all(
-        getattr(old.outputs, name) >= getattr(new.outputs, name) for name in ("eigenvalues", "frequencies")
+    known = known_from(
+        files, study.grid, {"merged_from": ", ".join(file.attributes["study_id"] for file in files)}
     )
-    if not (asked and modes and new.outputs.shapes in (0, old.outputs.shapes)):
-        raise StudyError(f"{path}: this lacks states or outputs that the study asks for; leave --reuse out")
-    if "points_not_computed" in file.attributes:
-        raise StudyError(f"{path}: points are not computed there; reuse the datasets it was merged from")
-    return file.source
-
-
-def _refuse_unlike(study, version, file):
-    """Refuse a dataset by another method or version of the numerics, or with something else prescribed."""
-    path, control = file.source.path, file.study.grid.control
-    if control != study.grid.control:
-        raise StudyError(
-            f"{path}: {control} is prescribed there, here {study.grid.control}; they cannot join"
-        )
-    there = file.study.solve.model_dump() | {"numerics_version": file.attributes.get("numerics_version")}
-    here = study.solve.model_dump() | {"numerics_version": version}
-    unlike = [
-        f"{name} is {there.get(name)} there, here {here.get(name)}"
-        for name in sorted(here.keys() | there.keys())
-        if here.get(name) != there.get(name)
-    ]
-    if unlike:
-        raise StudyError(f"{path}: {', '.join(unlike)}; only results of the same numerics join")
+    if missing := int((~known.held).sum()):
+        known.about["points_not_computed"] = missing
+    # What no file holds stays so; states that only some of them know are computed for the others.
+    compute(replace(Plan.of(study, known=known), blocks=()), out)
+    return study
 
 
 def _united(files):
@@ -144,7 +71,7 @@ def _united(files):
     if all(study.task.every_root for study in studies):
         content["states"] = {"max_contacts": max(study.states.max_contacts for study in studies)}
     else:
-        labels = [name for file in files for name in _state_labels(file.source.path)]
+        labels = [name for file in files for name in state_labels(file.source.path)]
         content["states"] = {"names": list(dict.fromkeys(labels))}
     outputs = [study.outputs.model_dump() for study in studies]
     if len({some["shapes"] for some in outputs} - {0}) > 1:
@@ -155,33 +82,14 @@ def _united(files):
     return Study.from_dict(content)
 
 
-def _state_labels(path):
-    with opened(path) as file:
-        return [str(name) for name in read_labels(file.variables["state"], path)]
-
-
-def _computed(grid, sources):
-    """Grid points that some source holds, bool, shape (ends, H, given)."""
-    held = np.zeros((len(grid.ends), len(grid.H), len(grid.given)), bool)
-    for source in sources:
-        from_rows, rows = positions(source.H, grid.H)
-        from_columns, columns = positions(source.given, grid.given)
-        for number, ends in enumerate(source.ends):
-            with opened(source.path) as file:
-                status = file.variables["status"][number]
-            known = (status != Status.NOT_COMPUTED).any(axis=-1)[np.ix_(from_rows, from_columns)]
-            held[np.ix_([grid.ends.index(ends)], rows, columns)] |= known
-    return held
-
-
 def _refuse_conflicts(a, b):
     """Refuse two datasets that say different things of the same state at the same point."""
     control = a.study.grid.control
     rows, columns = positions(a.source.H, b.source.H), positions(a.source.given, b.source.given)
     if not (rows[0].size and columns[0].size):
         return
-    states = [_state_labels(file.source.path) for file in (a, b)]
-    common = positions(np.array(states[0]), np.array(states[1]))
+    states = [state_labels(file.source.path) for file in (a, b)]
+    common = np.intersect1d(*states, assume_unique=True, return_indices=True)[1:]
     found = []
     for ends in set(a.source.ends) & set(b.source.ends):
         for row_a, row_b in zip(*rows, strict=True):

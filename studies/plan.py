@@ -69,8 +69,8 @@ class Plan:
         Expected work on one core.
     longest : float
         That of the longest block.
-    known : Source or None
-        A dataset that has the points which are in no block.
+    known : Known or None
+        What finished datasets hold; these points are in no block.
     """
 
     study: Study
@@ -84,7 +84,7 @@ class Plan:
     known: object = None
 
     @classmethod
-    def of(cls, study: Study, block_points: int | None = None, known: Any = None) -> "Plan":
+    def of(cls, study: Study, block_points: int | None = None, known: Any = None, rest: Any = None) -> "Plan":
         """Plan a study.
 
         Parameters
@@ -92,17 +92,25 @@ class Plan:
         study : Study
         block_points : int, optional
             Grid points of a block.
-        known : Source, optional
-            A dataset that has some of the points already; these are in no block.
+        known : Known, optional
+            What finished datasets hold; these points are in no block.
+        rest : (tuple of str, ndarray of bool), optional
+            Some of the states and the points, shape (ends, H, given), where nothing else is to be computed.
         """
         grid, task = study.grid, study.task
+        wanted = np.ones((len(grid.ends), len(grid.H), len(grid.given)), bool)
+        if known is not None:
+            wanted &= ~known.held
+        if rest is not None:
+            names, wanted = rest
+            task = task._replace(names=names)
         H, given = len(grid.H), len(grid.given)
         costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
         per_point = _bytes(study, task, points=1)
         blocks = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            for gaps, labels in _unknown(grid, ends, known):
+            for gaps, labels in _rectangles(wanted[number], grid):
                 columns = min(len(labels), size)
                 rows = max(1, min(len(gaps), size // columns))
                 blocks += [
@@ -129,6 +137,13 @@ class Plan:
             longest=max(seconds, default=0.0),
             known=known,
         )
+
+    @property
+    def identity(self) -> dict[str, str]:
+        """Identity of its shards: of the study and, if not all states are computed, of these."""
+        if self.task == self.study.task:
+            return self.study.identity
+        return self.study.identity | {"states_searched": " ".join(self.task.names)}
 
     @property
     def small(self) -> bool:
@@ -195,15 +210,19 @@ def _costs(task, ends, control):
     return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
 
 
-def _unknown(grid, ends, known):
-    """Rectangles of labels (H, given) that hold the points which are not known."""
-    if known is None or ends not in known.ends:
-        return [(grid.H, grid.given)]
-    old_H, old_given = set(known.H), set(known.given)
-    new_gaps = tuple(label for label in grid.H if label not in old_H)
-    old_gaps = tuple(label for label in grid.H if label in old_H)
-    new_labels = tuple(label for label in grid.given if label not in old_given)
-    return [part for part in ((new_gaps, grid.given), (old_gaps, new_labels)) if all(part)]
+def _rectangles(wanted, grid):
+    """Labels (H, given) whose products make up the wanted points, bool, shape (H, given)."""
+    rows_of = {}
+    for row, columns in enumerate(wanted):
+        if columns.any():
+            rows_of.setdefault(columns.tobytes(), []).append(row)
+    return [
+        (
+            tuple(grid.H[row] for row in rows),
+            tuple(grid.given[column] for column in np.flatnonzero(wanted[rows[0]])),
+        )
+        for rows in rows_of.values()
+    ]
 
 
 def _alternates(state, ends):

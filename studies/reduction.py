@@ -39,17 +39,46 @@ class Source(NamedTuple):
     searched: tuple[str, ...]
     every_root: bool
 
-    def seconds_and_states(self, grid):
-        """Seconds that its points took, if it is a shard; names solved, or failed, anywhere in a grid."""
-        rows, columns = positions(self.H, grid.H)[0], positions(self.given, grid.given)[0]
-        with opened(self.path) as file:
-            seconds = float(file.getncattr("seconds")) if "seconds" in file.ncattrs() else None
-            names = read_labels(file.variables["state"], self.path)
+
+class Survey(NamedTuple):
+    """What is to be known of sources before they are joined.
+
+    Attributes
+    ----------
+    seconds : list of float
+        What the shards among them took.
+    names : set of str
+        States solved, or failed, anywhere in the grid.
+    failing : set of Path
+        Sources with points that failed.
+    """
+
+    seconds: list
+    names: set
+    failing: set
+
+    def __or__(self, other):
+        """Of the sources of both."""
+        return Survey(self.seconds + other.seconds, self.names | other.names, self.failing | other.failing)
+
+
+def survey(sources, grid):
+    """Read the status of everything that sources hold of a grid."""
+    found = Survey([], set(), set())
+    for source in sources:
+        rows, columns = positions(source.H, grid.H)[0], positions(source.given, grid.given)[0]
+        with opened(source.path) as file:
+            if "seconds" in file.ncattrs():
+                found.seconds.append(float(file.getncattr("seconds")))
+            if "failure" in file.dimensions:
+                found.failing.add(source.path)
+            names = read_labels(file.variables["state"], source.path)
             there = np.zeros(names.size, bool)
-            for number in [i for i, ends in enumerate(self.ends) if ends in grid.ends]:
+            for number in [i for i, ends in enumerate(source.ends) if ends in grid.ends]:
                 status = file.variables["status"][number][np.ix_(rows, columns)]
                 there |= np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=(0, 1))
-        return seconds, {str(name) for name in names[there]}
+        found.names.update(str(name) for name in names[there])
+    return found
 
 
 def source_of(block, path, task):
@@ -58,7 +87,7 @@ def source_of(block, path, task):
     return Source(path, (block.ends,), *labels, task.names, task.every_root)
 
 
-def reduce(study, sources, out, attributes):
+def reduce(study, sources, surveyed, out, attributes):
     """Join files to one dataset, written whole.
 
     One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. What
@@ -69,27 +98,33 @@ def reduce(study, sources, out, attributes):
     study : Study
         Whose grid, states and outputs the dataset has.
     sources : list of Source
+        Of two that hold the same state of a point, the later one is believed.
+    surveyed : Survey
+        Of these sources.
     out : Path
     attributes : dict
         Global attributes of the dataset.
     """
     grid = study.grid
-    seconds, found = zip(*(source.seconds_and_states(grid) for source in sources), strict=True)
     asked = set(study.task.names)
-    names = study.task.in_order(name for name in set().union(*found) if name.partition(":")[0] in asked)
+    names = study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
     labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
     with written_whole(out) as temporary:
         with opened(temporary, "w") as dataset:
-            attributes = attributes | _timing([some for some in seconds if some is not None])
+            attributes = attributes | _timing(surveyed.seconds)
             define(dataset, labels, variables(labels, study.outputs), attributes)
             sizes = [len(grid.ends), len(grid.H), len(grid.given), len(names)]
             rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
-            failures = set()
-            for number in range(len(grid.ends)):
-                for first in range(0, len(grid.H), rows):
+            reasons = {}
+            for number, ends in enumerate(grid.ends):
+                here = _by_band([source for source in sources if ends in source.ends], grid.H, rows)
+                for first, among in zip(range(0, len(grid.H), rows), here, strict=True):
                     band = slice(first, min(first + rows, len(grid.H)))
-                    failures |= _reduce_band(study, sources, dataset, labels, number, band)
-            write_failures(dataset, grid.control, sorted(failures))
+                    status = _reduce_band(study, among, dataset, labels, number, band)
+                    for source in among:
+                        if source.path in surveyed.failing:
+                            reasons |= _failures(source, ends, number, band, labels, status)
+            write_failures(dataset, grid.control, sorted((*where, why) for where, why in reasons.items()))
         _seal(temporary)
 
 
@@ -110,18 +145,25 @@ def _timing(seconds):
     }
 
 
+def _by_band(sources, H, rows):
+    """The sources of each band of rows, in their order: a list for each band."""
+    bands = [[] for _ in range(0, len(H), rows)]
+    for source in sources:
+        for band in np.unique(positions(source.H, H)[1] // rows):
+            bands[band].append(source)
+    return bands
+
+
 def _reduce_band(study, sources, dataset, labels, number, band):
-    """Copy rows of one end condition from the files that hold them; their failures."""
+    """Copy rows of one end condition from the files that hold them; their status."""
     grid = study.grid
     ends, control = grid.ends[number], grid.control
     names = [str(name) for name in labels["state"]]
-    H = labels["H"]
-    here = [source for source in sources if ends in source.ends and np.isin(source.H, H[band]).any()]
+    H = labels["H"][band]
     verdict = {}
     for group in _groups(per_state(labels, study.outputs), labels, band):
-        height = 1 if "s" in next(iter(group.values())).dims else band.stop - band.start
-        for first in range(band.start, band.stop, height):
-            rows = slice(first, first + height)
+        height = 1 if "s" in next(iter(group.values())).dims else H.size
+        for first, among in zip(range(0, H.size, height), _by_band(sources, H, height), strict=True):
             values = {
                 name: np.full(
                     (height, *(labels[dim].size for dim in variable.dims[2:])),
@@ -130,11 +172,12 @@ def _reduce_band(study, sources, dataset, labels, number, band):
                 )
                 for name, variable in group.items()
             }
-            for source in here:
-                _copy(source, group, ends, H[rows], labels[control], names, values)
+            for source in among:
+                read_rows(source, group, ends, H[first : first + height], labels[control], names, values)
             if "status" in values and study.task.every_root:
                 status = values["status"]
                 status[word_failed(status, names) & (status == Status.NO_EQUILIBRIUM)] = Status.NOT_COMPUTED
+            rows = slice(band.start + first, band.start + first + height)
             for name, array in values.items():
                 _write(dataset.variables[name], number, rows, array)
         verdict |= {
@@ -143,11 +186,7 @@ def _reduce_band(study, sources, dataset, labels, number, band):
     stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[potential(control)])
     dataset.variables["stable_count"][number, band] = stable
     dataset.variables["preferred_state"][number, band] = preferred
-    return {
-        failure
-        for source in here
-        for failure in _failures(source, ends, number, H, band, labels[control], names)
-    }
+    return verdict["status"]
 
 
 def _groups(variables, labels, band):
@@ -197,11 +236,16 @@ def summarise(status, stability, energy):
 
 
 def positions(labels, wanted):
-    """Positions in `labels`, and in `wanted`, of the labels that are in both."""
-    return np.intersect1d(labels, wanted, assume_unique=True, return_indices=True)[1:]
+    """Positions in `labels`, and in `wanted`, of the labels that are in both; both increase."""
+    labels, wanted = np.asarray(labels), np.asarray(wanted)
+    if labels.size > wanted.size:
+        return positions(wanted, labels)[::-1]
+    place = np.searchsorted(wanted, labels)
+    both = wanted[np.minimum(place, wanted.size - 1)] == labels
+    return np.flatnonzero(both), place[both]
 
 
-def _copy(source, group, ends, H, given, names, values):
+def read_rows(source, group, ends, H, given, names, values):
     """Copy what a source holds of some rows into `values`, by variable, shape (rows, columns, state, …)."""
     from_rows, to_rows = positions(source.H, H)
     from_columns, to_columns = positions(source.given, given)
@@ -237,19 +281,24 @@ def _searched(source, label):
     return (label.partition(":")[0] if source.every_root else label) in source.searched
 
 
-def _failures(source, ends, number, H, band, given, names):
-    """Rows of a file's failure table that lie in a band, with their positions in the dataset."""
+def _failures(source, ends, number, band, labels, status):
+    """Why points of a band failed, as a file tells, by their indices in the dataset."""
     with opened(source.path) as file:
-        if "failure" not in file.dimensions:
-            return
         control = control_of(file.dimensions)
         columns = [file.variables[name][:] for name in failure_indices(control)]
         reasons = read_labels(file.variables["failure_reason"], source.path)
         states = read_labels(file.variables["state"], source.path)
+    names = [str(name) for name in labels["state"]]
     row_of, column_of = (
-        dict(zip(*positions(*both), strict=True)) for both in ((source.H, H), (source.given, given))
+        dict(zip(*positions(*both), strict=True))
+        for both in ((source.H, labels["H"]), (source.given, labels[control]))
     )
+    found = {}
     for end, row, column, state, reason in zip(*columns, reasons, strict=True):
         known = row in row_of and column in column_of and source.ends[end] == ends
-        if known and band.start <= row_of[row] < band.stop:
-            yield number, int(row_of[row]), int(column_of[column]), names.index(states[state]), str(reason)
+        if known and band.start <= row_of[row] < band.stop and states[state] in names:
+            where = int(row_of[row]), int(column_of[column]), names.index(states[state])
+            # Another file may have solved it since.
+            if status[where[0] - band.start, *where[1:]] == Status.FAILED:
+                found[number, *where] = str(reason)
+    return found

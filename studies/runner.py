@@ -16,12 +16,12 @@ from studies.cluster import local_cluster
 from studies.dispatch import dispatch
 from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
+from studies.known import gaps, lend
 from studies.lock import sole_writer
-from studies.merging import lend
 from studies.plan import Plan, readable_bytes
-from studies.progress import progress
+from studies.progress import note, progress
 from studies.provenance import describe
-from studies.reduction import reduce, source_of
+from studies.reduction import reduce, source_of, survey
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
 from studies.study import Study
 
@@ -162,8 +162,8 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
             return ()
         shards, named = _fill(plan, blocks, folder, policy)
         if policy.part is None:
-            _finish(plan, shards, folder, out)
-        return named
+            named += _finish(plan, shards, folder, out, policy)
+        return named[:NAMED]
 
 
 def join(plan, out, force_unlock=False):
@@ -175,13 +175,13 @@ def join(plan, out, force_unlock=False):
         If shards are missing.
     """
     with _working_folder(plan, out, None, force_unlock) as (folder, blocks):
-        shards = find_shards(folder, blocks, plan.study.identity)
+        shards = find_shards(folder, blocks, plan.identity)
         if missing := len(blocks) - len(shards):
             raise StudyError(
                 f"{folder}: {missing} of {len(blocks)} shards are missing; run the jobs that have not "
                 "finished again, or `elastica run` for all that is missing"
             )
-        _finish(plan, shards, folder, out)
+        _finish(plan, shards, folder, out, Policy())
 
 
 @contextmanager
@@ -201,12 +201,18 @@ def _working_folder(plan, out, part, force_unlock):
         remove_folder(folder)
 
 
-def _finish(plan, shards, folder, out):
-    """Write the dataset, and only then remove the shards."""
+def _finish(plan, shards, folder, out, policy):
+    """Write the dataset, and only then remove the shards; some of the points that failed on the way."""
+    named, study = (), plan.study
     try:
-        sources = [plan.known] if plan.known else []
-        sources += [source_of(block, path, plan.task) for block, path in shards.items()]
-        reduce(plan.study, sources, out, describe(plan.study))
+        sources = [*(plan.known.sources if plan.known else ()), *_sources(plan, shards)]
+        surveyed = survey(sources, study.grid)
+        if plan.known:
+            rest, named = _fill_gaps(plan, surveyed.names, folder, policy)
+            sources += rest
+            surveyed |= survey(rest, study.grid)
+        about = plan.known.about if plan.known else {}
+        reduce(study, sources, surveyed, out, describe(study) | about)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(
@@ -214,13 +220,29 @@ def _finish(plan, shards, folder, out):
             f"{folder} and the same command writes the dataset"
         ) from None
     remove_shards(folder)
+    return named
+
+
+def _sources(plan, shards):
+    return [source_of(block, path, plan.task) for block, path in shards.items()]
+
+
+def _fill_gaps(plan, found, folder, policy):
+    """Compute what finished datasets lack of the states found: shards, and some of the points that failed."""
+    names, points = gaps(plan.known, plan.study, found)
+    if not names:
+        return [], ()
+    note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
+    rest = Plan.of(plan.study, rest=(names, points))
+    shards, named = _fill(rest, rest.blocks, folder, policy)
+    return _sources(rest, shards), named
 
 
 def _fill(plan, blocks, folder, policy):
     """Compute until every block has an intact shard: the shards, and some of the points that failed."""
     named = ()
     for _ in range(ROUNDS):
-        shards = find_shards(folder, blocks, plan.study.identity)
+        shards = find_shards(folder, blocks, plan.identity)
         todo = [block for block in blocks if block not in shards]
         if not todo:
             return shards, named
@@ -261,7 +283,7 @@ def _kept(results, folder):
 def _results(plan, todo, folder, policy, stack):
     """What the blocks gave, as they finish."""
     limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
-    job = Job(plan.task, plan.study.identity, folder, versions(), "", limit, policy.raises)
+    job = Job(plan.task, plan.identity, folder, versions(), "", limit, policy.raises)
     client = policy.client
     if client is None:
         if policy.workers == 0:

@@ -15,6 +15,9 @@ OUTPUT = click.option(
 FORCE = click.option(
     "--force-unlock", is_flag=True, help="Take over from a run on another host, which has ended."
 )
+REUSE = click.option(
+    "--reuse", type=click.Path(path_type=Path), metavar="OTHER.nc", help="Take the points that are there."
+)
 JSON = click.option("--json", "as_json", is_flag=True, help="Machine-readable output.")
 
 

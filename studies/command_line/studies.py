@@ -8,7 +8,7 @@ import click
 
 from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main
-from studies.command_line.options import FORCE, OUTPUT, STUDY, writable
+from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, writable
 
 
 class Part(click.ParamType):
@@ -43,9 +43,7 @@ class Part(click.ParamType):
     help="Record a point that fails and go on, or stop there.",
 )
 @click.option("--max-failures", type=click.IntRange(min=0), help="Stop when more states fail.")
-@click.option(
-    "--reuse", type=click.Path(path_type=Path), metavar="OTHER.nc", help="Take the points that are there."
-)
+@REUSE
 @click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a block.")
 @FORCE
 @click.pass_context
@@ -66,7 +64,7 @@ def run(
     """Compute a study and write its dataset."""
     from studies.cluster import queued_cluster, running_cluster
     from studies.errors import StudyError
-    from studies.merging import lend
+    from studies.known import lend
     from studies.plan import Plan
     from studies.runner import Policy, compute, folder_of, is_done
     from studies.study import Study
@@ -126,10 +124,12 @@ def merge(ctx, files, output):
 @main.command()
 @STUDY
 @OUTPUT
+@REUSE
 @FORCE
 @click.pass_context
-def reduce(ctx, study, output, force_unlock):
-    """Join the parts that jobs with --shard have computed."""
+def reduce(ctx, study, output, reuse, force_unlock):
+    """Join the parts that jobs with --shard have computed; with the --reuse that they had."""
+    from studies.known import lend
     from studies.plan import Plan
     from studies.runner import is_done, join
     from studies.study import Study
@@ -137,7 +137,7 @@ def reduce(ctx, study, output, force_unlock):
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
     if not is_done(study, output):
-        join(Plan.of(study), output, force_unlock)
+        join(Plan.of(study, known=lend(reuse, study) if reuse else None), output, force_unlock)
     _summarise(ctx, output)
 
 

@@ -2,9 +2,9 @@
 
 import copy
 import json
+import os
 
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 from end_to_end.conftest import CONTENT
 
@@ -36,16 +36,9 @@ def whole(tmp_path_factory):
     return compute(WHOLE, tmp_path_factory.mktemp("whole") / "whole.nc")
 
 
-def assert_same_equilibria(grown, fresh):
-    """A dataset leaves out the states that are solved nowhere in it, so they may be unknown: no others."""
-    with studies.open(grown) as grown, studies.open(fresh) as fresh:
-        unknown = (grown["status"] == Status.NOT_COMPUTED) & (fresh["status"] != Status.NOT_COMPUTED)
-        assert not (unknown & (fresh["status"] == Status.SOLVED)).any()
-        assert int(unknown.sum()) < 0.2 * unknown.size
-        for name in ("status", "stability", "energy", "reaction", "eigenvalue"):
-            xr.testing.assert_equal(grown[name].where(~unknown), fresh[name].where(~unknown))
-        for name in ("stable_count", "preferred_state"):
-            xr.testing.assert_equal(grown[name], fresh[name])
+def assert_identical(grown, fresh):
+    assert identify(grown)["content_hash"] == identify(fresh)["content_hash"]
+    assert not os.path.exists(f"{grown}.shards")
 
 
 @pytest.mark.parametrize(
@@ -60,28 +53,59 @@ def assert_same_equilibria(grown, fresh):
 )
 def test_points_that_are_there_are_not_computed_again(whole, tmp_path, monkeypatch, old, computed):
     narrow = compute(old, tmp_path / "narrow.nc")
-    points, original = [], runner.compute_block
-    monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
+    points, gaps, original = [], [], runner.compute_block
+
+    def counted(block, job):
+        (points if job.task == WHOLE.task else gaps).append(block.points)
+        return original(block, job)
+
+    monkeypatch.setattr(runner, "compute_block", counted)
     wide = compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
     assert sum(points) == computed
-    assert_same_equilibria(wide, whole)
-    assert studies.check(wide, sample=30)[1] == []
+    assert sum(gaps) <= 30 - computed
+    assert_identical(wide, whole)
+    assert identify(wide)["reused"] == identify(narrow)["study_id"]
 
 
-def test_with_states_by_name_the_grown_dataset_is_identical(tmp_path):
-    names = {"states": Study.from_dict(CONTENT | {"states": {"names": ["0", "U", "U:2", "U-"]}}).states}
-    narrow = compute(part().model_copy(update=names), tmp_path / "narrow.nc")
-    wide = compute(WHOLE.model_copy(update=names), tmp_path / "wide.nc", reuse=narrow)
-    fresh = compute(WHOLE.model_copy(update=names), tmp_path / "fresh.nc")
-    assert identify(wide)["content_hash"] == identify(fresh)["content_hash"]
+def changed(study, **tables):
+    content = study.model_dump(mode="json", exclude_none=True)
+    return Study.from_dict(content | tables)
 
 
-def test_a_dataset_that_lacks_outputs_or_states_is_not_reused(tmp_path):
-    poor = part().model_copy(update={"outputs": part().outputs.model_copy(update={"eigenvalues": 0})})
-    narrow = compute(poor, tmp_path / "narrow.nc")
-    with pytest.raises(StudyError, match="lacks states or outputs"):
-        compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
-    assert not (tmp_path / "wide.nc").exists()
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ({"names": ["0", "U", "U:2", "U-"]}, {"names": ["0", "U", "U:2", "U-"]}),
+        ({"names": ["0", "U"]}, {"names": ["0", "U", "Ua", "U-"]}),
+        ({"max_contacts": 0}, {"max_contacts": 1}),
+        ({"names": ["U"]}, {"max_contacts": 0}),
+    ],
+)
+def test_states_that_the_old_dataset_lacks_are_computed_at_its_points(tmp_path, capsys, old, new):
+    narrow = compute(changed(part(), states=old), tmp_path / "narrow.nc")
+    wide = compute(changed(WHOLE, states=new), tmp_path / "wide.nc", reuse=narrow)
+    fresh = compute(changed(WHOLE, states=new), tmp_path / "fresh.nc")
+    assert_identical(wide, fresh)
+    told = capsys.readouterr().err
+    assert ("computed at 6 points there" in told) == (old.keys() == new.keys() and old != new)
+    assert ("so all points of the study are computed" in told) == (old.keys() != new.keys())
+
+
+def test_points_without_the_outputs_that_are_wanted_are_computed_again(whole, tmp_path, capsys):
+    narrow = compute(changed(part(), outputs={"eigenvalues": 1}), tmp_path / "narrow.nc")
+    assert_identical(compute(WHOLE, tmp_path / "wide.nc", reuse=narrow), whole)
+    assert "narrow.nc: eigenvalues of the study are not there, so all its points are computed" in (
+        capsys.readouterr().err
+    )
+
+
+def test_a_merged_dataset_with_holes_is_used_again(whole, tmp_path):
+    first = compute(part(), tmp_path / "a.nc")
+    second = compute(
+        changed(part(ends=["clamped-pinned"], H=[0.1]), states={"max_contacts": 0}), tmp_path / "b.nc"
+    )
+    merge([first, second], tmp_path / "c.nc")
+    assert_identical(compute(WHOLE, tmp_path / "wide.nc", reuse=tmp_path / "c.nc"), whole)
 
 
 def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
@@ -89,7 +113,7 @@ def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
     second = compute(part(ends=list(WHOLE.grid.ends), H=[0.1, 0.12], P=list(WHOLE.grid.P)), tmp_path / "b.nc")
     result = CliRunner().invoke(main, ["merge", str(first), str(second), "-o", str(tmp_path / "c.nc")])
     assert result.exit_code == 0, result.output
-    assert_same_equilibria(tmp_path / "c.nc", whole)
+    assert_identical(tmp_path / "c.nc", whole)
     assert identify(tmp_path / "c.nc")["study_id"] == WHOLE.study_id
     assert studies.check(tmp_path / "c.nc", sample=30)[1] == []
 
@@ -142,3 +166,28 @@ def test_conflicts_and_other_numerics_are_refused_with_names(tmp_path):
     with pytest.raises(StudyError, match=r"e\.nc"):
         merge([first, damaged], tmp_path / "c.nc")
     assert not (tmp_path / "c.nc").exists()
+
+
+def test_array_jobs_take_what_is_there_and_so_does_their_reduction(whole, tmp_path):
+    narrow = compute(part(), tmp_path / "narrow.nc")
+    out, toml = tmp_path / "wide.nc", tmp_path / "whole.toml"
+    toml.write_text(
+        """
+        study.name = "small"
+        states.max_contacts = 1
+        outputs.eigenvalues = 2
+        [grid]
+        ends = ["clamped-clamped", "clamped-pinned"]
+        H = [0.08, 0.1, 0.12]
+        P = [1.8, 2.6, 3.4, 5.0, 9.0]
+        """
+    )
+    common = [str(toml), "-o", str(out), "--reuse", str(narrow)]
+    for options in (
+        ["run", "--shard", "1/2", "--workers", "0"],
+        ["run", "--shard", "2/2", "--workers", "0"],
+        ["reduce"],
+    ):
+        result = CliRunner().invoke(main, [*options, *common])
+        assert result.exit_code == 0, result.output
+    assert_identical(out, whole)
