@@ -75,10 +75,10 @@ class ByHand:
         return Client(self.address, security=security)
 
     def stop(self):
-        for process in self.processes[::-1]:
-            process.terminate()
+        # Workers whose scheduler has gone may take minutes to end of themselves.
         for process in self.processes:
-            process.wait(timeout=60)
+            process.kill()
+            process.wait()
 
 
 @pytest.fixture(scope="module")
