@@ -6,6 +6,7 @@ Left out: repairing. A dataset that is gone or changed is reported; its entry st
 import hashlib
 import os
 import shutil
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -21,7 +22,7 @@ PATIENCE = 60.0
 """Seconds to wait while other processes add their datasets."""
 
 
-def add(folder, file):
+def add(folder: str | Path, file: str | Path) -> str:
     """Move a dataset into a catalogue.
 
     It has its name in the catalogue, and its entry in the index, before it loses its own: however this
@@ -57,7 +58,7 @@ def add(folder, file):
     return name
 
 
-def describe(file):
+def describe(file: Path) -> Entry:
     """What the index says of a dataset, from the dataset itself.
 
     Raises
@@ -82,7 +83,7 @@ def describe(file):
         date_created=str(attributes.get("date_created", "unknown")),
         date_added=now,
         ends=dataset.source.ends,
-        states=states,
+        states=tuple(states),
         H=_extent(dataset.source.H),
         **{study.grid.control: _extent(dataset.source.given)},
         solve=study.solve.arguments,
@@ -134,7 +135,7 @@ def _write(catalog):
         temporary.write_text(catalog.text(), encoding="utf-8")
 
 
-def verify(catalog, sample):
+def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, list[str]]]:
     """Check every dataset of a catalogue.
 
     Parameters
@@ -171,6 +172,6 @@ def _problems(catalog, name, sample):
     return unlike + check(path, sample)[1]
 
 
-def strays(catalog):
+def strays(catalog: Catalog) -> list[str]:
     """Names of datasets in the folder that have no entry."""
     return sorted(path.name for path in catalog.folder.glob(f"*{SUFFIX}") if path.name not in catalog.entries)

@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from threading import Thread
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from studies.archive import _write
 from studies.catalog import Catalog
 from studies.command_line import main
 from studies.files import content_hash
+from studies.lock import one_at_a_time
 
 CATALOGS = Path(__file__).parents[2] / "catalogs"
 SHIPPED = CATALOGS / "clamped-and-pinned.nc"
@@ -311,7 +313,7 @@ def test_queries_that_make_no_sense(archived, arguments, message):
 def test_adds_at_the_same_time_lose_no_entry(tmp_path, other_file):
     folder = tmp_path / "catalogs"
     folder.mkdir()
-    names = [f"{number}.nc" for number in range(3)]
+    names = [f"{number}.nc" for number in range(2)]
     for number, name in enumerate(names):
         shutil.copy(other_file, tmp_path / name)
         with Dataset(tmp_path / name, "a") as dataset:
@@ -323,6 +325,19 @@ def test_adds_at_the_same_time_lose_no_entry(tmp_path, other_file):
     assert [process.returncode for process in processes] == [0] * len(names), ends
     assert sorted(Catalog.read(folder).entries) == names
     assert sorted(path.name for path in folder.iterdir()) == [*names, "index.json"]
+
+
+def test_an_add_reads_the_index_when_the_one_before_has_written_it(archived, other_file, tmp_path):
+    shutil.copy(other_file, tmp_path / "other.nc")
+    before = Catalog.read(archived)
+    thread = Thread(target=archive.add, args=(archived, tmp_path / "other.nc"))
+    with one_at_a_time(archived / "index.lock", 1):
+        thread.start()
+        thread.join(1.5)
+        assert list(Catalog.read(archived).entries) == ["small.nc"]
+        _write(Catalog(archived, before.entries | {"first.nc": before.entries["small.nc"]}))
+    thread.join(60)
+    assert sorted(Catalog.read(archived).entries) == ["first.nc", "other.nc", "small.nc"]
 
 
 def test_a_lock_that_is_never_released_is_named(archived, other_file, tmp_path, monkeypatch):
@@ -356,6 +371,7 @@ def test_an_add_that_stops_half_way_loses_nothing_and_can_be_repeated(
     assert (stopped.exit_code, "No space left" in stopped.output) == (2, True)
     assert source.read_bytes() == other_file.read_bytes()
     assert not list(archived.glob("*.lock"))
+    assert catalog("verify", "--sample", 0, folder=archived).exit_code == 0
     again = catalog("add", source, folder=archived)
     assert again.exit_code == (2 if moment == "unlink" else 0), again.output
     assert (archived / "other.nc").read_bytes() == other_file.read_bytes()
