@@ -76,7 +76,8 @@ def describe(file: Path) -> Entry:
     return Entry(
         title=str(attributes.get("title", study.name)),
         study=study.name,
-        **study.identity,
+        study_id=attributes["study_id"],
+        numerics_id=attributes["numerics_id"],
         content_hash=attributes["content_hash"],
         sha256=_sha256(file),
         bytes=file.stat().st_size,

@@ -15,7 +15,7 @@ from studies.files import content_hash, damage_told, identify, opened, read_labe
 from studies.reduction import potential, summarise
 from studies.sandbox import call
 from studies.schema import COORDINATES, VARIABLES, control_of, coordinates, per_state, variables
-from studies.study import Study
+from studies.study import NUMERICS_VERSION, Study
 from studies.tables import Outputs
 
 SAMPLE, SAMPLE_GAPS = 200, 3
@@ -56,6 +56,8 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         if call(content_hash, path, limit=reading_limit(path)) != attributes.get("content_hash"):
             problems.append("the values are not those that were written (content_hash differs)")
     study = _study(path, attributes, problems)
+    if not _of_this_version(attributes):
+        sample = 0
     with opened(path) as dataset:
         control = control_of(dataset.dimensions)
         axes = ("ends", "H", control, "state")
@@ -73,6 +75,11 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         foreign = _agreement(study, labels)
         problems += foreign or _recompute(study, labels, values, sample, seed)
     return _describe(path, attributes, labels, values, sample), problems
+
+
+def _of_this_version(attributes):
+    """Whether the numerics that computed a dataset are those that would solve it again."""
+    return attributes.get("numerics_version") == NUMERICS_VERSION
 
 
 def _agreement(study, labels):
@@ -111,7 +118,8 @@ def _study(path, attributes, problems):
     except (KeyError, ValueError) as problem:
         problems.append(f"the study in config_json cannot be read ({problem})")
         return None
-    for name in ("study_id", "numerics_id"):
+    identities = ("study_id", "numerics_id") if _of_this_version(attributes) else ("study_id",)
+    for name in identities:
         if attributes.get(name) != getattr(study, name):
             problems.append(f"{name} does not belong to the study in config_json")
             return None
@@ -266,4 +274,9 @@ def _describe(path, attributes, labels, values, sample):
         ]
         lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>7,}".format(name, *counts))
     lines.append(f"  {min(sample, int(np.prod(status.shape[:3]))):,} grid points solved again")
+    if not _of_this_version(attributes):
+        then = attributes.get("numerics_version", "unknown")
+        lines.append(
+            f"  computed by version {then} of the numerics, which version {NUMERICS_VERSION} cannot repeat"
+        )
     return lines
