@@ -194,15 +194,25 @@ def content_hash(path):
 
 
 def hash_values(dataset):
-    """SHA-256 over names, dimensions and values of an open dataset, whatever its compression."""
+    """SHA-256 of what an open dataset says, whoever wrote it.
+
+    Covers what was asked (the numerics, what is prescribed, the states looked for) and every variable: its
+    name, dimensions, type, labels and values, all NaN alike and both zeros. Does not cover how the values are
+    stored (compression, chunks, byte order), texts for readers, the origin (versions, times, host), and units
+    and meanings of flags, which `check` compares with those of the format.
+    """
     digest = hashlib.sha256()
+    for name in ("numerics_id", "control", "states_searched"):
+        digest.update(f"{name} {getattr(dataset, name, '')}".encode())
     for name in sorted(dataset.variables):
         variable = dataset.variables[name]
-        digest.update(f"{name} {variable.dimensions} {variable.dtype} {variable.shape}".encode())
+        digest.update(
+            f"{name} {variable.dimensions} {np.dtype(variable.dtype).str[1:]} {variable.shape}".encode()
+        )
         for slab in _bands(variable):
             values = np.ascontiguousarray(variable[slab])
             if values.dtype.kind == "f":
-                values = np.where(np.isnan(values), np.nan, values)
+                values = np.where(np.isnan(values), np.nan, values + 0.0)
             digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
     return digest.hexdigest()
 

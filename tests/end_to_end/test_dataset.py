@@ -8,7 +8,7 @@ from compliance_checker.runner import CheckSuite, ComplianceChecker
 import elastica
 import studies
 from elastica import Stability, Status
-from studies.files import opened
+from studies.files import content_hash, identify, opened
 
 
 @pytest.fixture(scope="module")
@@ -88,6 +88,33 @@ def test_every_byte_is_protected_by_a_checksum(dataset_file):
         for name, variable in dataset.variables.items():
             assert variable.filters()["fletcher32"], name
             assert variable.filters()["zlib"], name
+
+
+def test_the_content_hash_is_of_what_is_said_and_not_of_how_it_is_stored(dataset_file, tmp_path):
+    written = identify(dataset_file)["content_hash"]
+
+    def rewritten(change=lambda dataset: None):
+        """The hash of the same dataset, written by another library without compression, after a change."""
+        with xr.open_dataset(dataset_file, mask_and_scale=False) as dataset:
+            dataset = dataset.load()
+        for variable in dataset.variables.values():
+            text = {key: variable.encoding.get(key) for key in ("dtype", "char_dim_name")}
+            variable.encoding = text if text["char_dim_name"] else {"_FillValue": None}
+        change(dataset)
+        dataset.to_netcdf(tmp_path / "again.nc", engine="h5netcdf")
+        return content_hash(tmp_path / "again.nc")
+
+    def zero(dataset):
+        dataset["curvature"].values[dataset["curvature"].values == 0] = -0.0
+
+    assert rewritten() == written
+    assert rewritten(lambda dataset: dataset.attrs.update(history="by a colleague", title="x")) == written
+    assert rewritten(zero) == written
+    assert rewritten(lambda dataset: dataset.attrs.update(numerics_id="0" * 32)) != written
+    assert rewritten(lambda dataset: dataset.attrs.update(states_searched="0 U")) != written
+    assert rewritten(lambda dataset: dataset.update({"H": dataset["H"] * (1 + 1e-15)})) != written
+    assert rewritten(lambda dataset: dataset.update({"energy": dataset["energy"] * (1 + 1e-15)})) != written
+    assert rewritten(lambda dataset: dataset.update({"vigour": dataset["energy"]})) != written
 
 
 def test_provenance(dataset, study):
