@@ -6,8 +6,10 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+import elastica
 import studies
 from elastica import Stability, Status
 from elastica.onsets import loads
@@ -57,4 +59,8 @@ def test_the_example_of_the_readme_runs(first_chart):
         [sys.executable, "-c", code], cwd=first_chart.parent, env=os.environ, capture_output=True, text=True
     )
     assert run.returncode == 0, run.stderr
-    assert run.stdout.rstrip().endswith("[0 0 0 0 1 1 1]"), run.stdout
+    assert "\n[0 0 0 0 1 1 1]\n" in run.stdout, run.stdout
+    unit = 4 * np.pi**2 * (200e9 * 0.025 * 0.001**3 / 12) / 0.3**2
+    reaction = elastica.solve("U", P=500 / unit, H=(0.031 - 0.001) / 2 / 0.3).reaction
+    printed = re.search(r"\[(\S+)\] newtons on the wall", run.stdout)[1]
+    assert float(printed) == pytest.approx(float(unit * reaction[0]), rel=1e-8)
