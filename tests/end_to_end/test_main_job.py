@@ -53,6 +53,12 @@ def test_the_chart_follows_the_exact_loads_everywhere(first_chart, ends):
         assert (line == Stability.STABLE).any()
 
 
+def test_the_study_of_the_readme_is_valid(tmp_path):
+    text = re.search(r"```toml\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1]
+    (tmp_path / "mine.toml").write_text(text)
+    assert studies.Study.from_toml(tmp_path / "mine.toml").plan().points == 1200
+
+
 def test_the_example_of_the_readme_runs(first_chart):
     code = re.search(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)[1]
     run = subprocess.run(
