@@ -1,91 +1,72 @@
-"""Stability charts: the plane of half gap and load, or shortening, coloured by the states that are stable.
+"""Charts: the plane of half gap and load, or shortening, coloured by what is stable or by any variable.
 
-Under load control regions are bounded by the exact transition loads, not by the grid: a point of the
-picture takes the verdict of the nearest grid point on the same side of every curve. A zone too thin for
-the grid is solved where it is.
+Under load control regions are bounded by exact curves, not by the grid: between grid points that differ the
+picture is solved, and so is the load at which each state begins and ceases to be stable. At prescribed
+shortening, and of a chain, every point of the picture takes what the nearest grid point has.
 """
 
-from itertools import cycle
-from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import ListedColormap
-from matplotlib.figure import Figure
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
-from scipy.spatial import cKDTree
 
 from elastica.codes import Stability, Status
-from elastica.ends import parse_ends
-from elastica.onsets import EVENTS, loads
 from elastica.solution import solve
-from elastica.states import is_canonical
+from elastica.states import parse_state
 from studies.errors import StudyError
-from studies.schema import control_of
-
-if TYPE_CHECKING:
-    from xarray import Dataset
-
-AXES = {"P": "thrust  $P = P^*L^2/4\\pi^2EI$", "shortening": "shortening  $\\Delta L^*/L$"}
-COLOURS = {
-    "none": "#ffffff",
-    "0": "#d9d9d9",
-    "B1": "#56b4e9",
-    "U": "#0b4f8a",
-    "U-": "#e69f00",
-}
-"""Light and dark alternate, so that the sequence of regions survives in grey."""
-OTHERS = (
-    "#009e73",
-    "#cc79a7",
-    "#f0e442",
-    "#d55e00",
-    "#999933",
-    "#882255",
-    "#88ccee",
-    "#332288",
-    "#ddcc77",
-    "#aa4499",
-    "#44aa99",
-    "#cc6677",
-    "#bbbbbb",
-    "#117733",
+from studies.plot.boundaries import curves_between
+from studies.plot.reading import (
+    Grid,
+    preferred_bits,
+    solves_exactly,
+    stable_sets,
+    state_variable,
 )
-NAMES = {
-    "buckles": "straight strip buckles",
-    "touches": "wall is touched",
-    "point_to_line": "point becomes line",
-    "flat_buckles": "flat stretch buckles",
-    "line_ends": "line state ends in a fold",
-}
-STYLES = {
-    "buckles": ":",
-    "touches": "-",
-    "point_to_line": "--",
-    "flat_buckles": "-.",
-    "line_ends": (0, (6, 1.5, 1, 1.5, 1, 1.5)),
-}
-CONCERNS = {
-    "buckles": "0",
-    "touches": "B1",
-    "point_to_line": "U",
-    "flat_buckles": "U-",
-    "line_ends": "U-",
-}
-PICTURE = (420, 900)
-"""Points of the picture along H and the control."""
+from studies.plot.regions import Plane, fill, log_spaced, sharpen
+from studies.plot.style import NONE, axis_label, caption, colour, end_conditions, ink, new_figure, require
+from studies.schema import VARIABLES, control_of
+
+TITLES = {"stable": "stable states", "preferred": "preferred state", "count": "number of stable states"}
+STRIPES = 28
+"""Stripes across a panel where several states are stable."""
+LEAST_ROOM = 0.018
+"""Distance from its edge that a region must have somewhere to bear its name, as part of the panel."""
 
 
-def chart(dataset: "Dataset") -> Figure:
-    """Draw the stable states over half gap and what is prescribed, one panel for each end condition.
+class Picture(NamedTuple):
+    """One panel: labels (H, control) with their meaning, or values, and curves (event, H, control).
+
+    `meaning` gives the names of the states of each label, or is empty.
+    """
+
+    ends: str
+    H: np.ndarray
+    given: np.ndarray
+    labels: np.ndarray
+    meaning: dict
+    curves: list
+    unknown: list
+
+
+def chart(dataset, show="stable", state=None):
+    """Draw the plane of half gap and what is prescribed, one panel for each end condition.
 
     Parameters
     ----------
     dataset : xarray.Dataset
         From `studies.open` or `studies.run`.
+    show : str
+        "stable": the stable states, in stripes where there are several; "preferred": the one of least
+        energy; "count": how many are stable; or the name of a variable.
+    state : str, optional
+        Whose variable is shown.
 
     Returns
     -------
@@ -94,203 +75,268 @@ def chart(dataset: "Dataset") -> Figure:
     Raises
     ------
     StudyError
-        If a variable that is needed is missing, or the grid is no plane.
+        If what is needed is missing, or the grid is no plane.
     """
-    for name in ("status", "stability"):
-        if name not in dataset:
-            raise StudyError(f"the dataset has no variable {name!r}; a chart cannot be drawn")
+    require(dataset, "status", "stability", *["preferred_state"] * (show == "preferred"))
+    number = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):
         if dataset.sizes.get(axis, 0) < 2 or not np.isfinite(dataset[axis]).all():
             raise StudyError(f"the dataset has fewer than two values of {axis}; a chart needs a plane")
-    panels = dataset.sizes["ends"]
-    for number in range(panels):
-        _known_ends(str(dataset["ends"].values[number]))
-    columns, rows = min(panels, 2), -(-panels // 2)
-    figure = Figure(figsize=(4.3 * columns + 1.9, 5.2 * rows), layout="constrained")
-    FigureCanvasAgg(figure)
-    axes = figure.subplots(rows, columns, squeeze=False)
-    for unused in axes.flat[panels:]:
-        unused.remove()
-    for left in axes[:, 0]:
-        left.set_ylabel(AXES[control])
-    axes = list(axes.flat[:panels])
-    pictures = [_picture(dataset.isel(ends=number), control) for number in range(panels)]
-    found = {name for picture in pictures for name in np.unique(picture.names)}
-    palette = _palette(sorted(found, key=_rank))
+    panels = len(end_conditions(dataset))
+    grids = [Grid.of(dataset.isel(ends=panel), control) for panel in range(panels)]
+    exact = solves_exactly(dataset)
+    if number is None:
+        pictures = [_regions(grid, show, exact) for grid in grids]
+    else:
+        pictures = [_values(grid, show, number, exact) for grid in grids]
+    figure, axes = _panels(panels)
+    for left in axes[:: min(panels, 2)]:
+        left.set_ylabel(axis_label(control))
+    draw = {"stable": _draw_sets, "preferred": _draw_sets, "count": _draw_counts}.get(show, _draw_values)
+    handles = draw(figure, axes, pictures, show)
     for ax, picture in zip(axes, pictures, strict=True):
-        _panel(ax, picture, palette)
-    handles = [
-        Patch(facecolor=colour, edgecolor="0.3", label=_label(name)) for name, colour in palette.items()
-    ]
-    curves = {line.get_label(): line for ax in axes for line in ax.get_lines()}
-    handles += [curves[name] for name in NAMES.values() if name in curves]
-    figure.legend(handles=handles, loc="outside right upper", frameon=False, title="stable states")
-    title = dataset.attrs.get("title") or dataset.attrs.get("id", "")
-    figure.suptitle(title, fontsize="medium")
+        _frame(ax, picture)
+    handles += _draw_curves(axes, pictures)
+    if handles:
+        figure.legend(handles=handles, loc="outside right upper", frameon=False, title=TITLES.get(show))
+    caption(figure, dataset, *_explain(show, state, control, exact, pictures))
     return figure
 
 
-def save_chart(dataset, path):
-    """Draw the chart and write it to `path` (PNG, PDF or SVG by its ending)."""
-    path = Path(path)
-    chart(dataset).savefig(path, dpi=200)
+def _panels(count):
+    columns, rows = min(count, 2), -(-count // 2)
+    figure = new_figure((4.3 * columns + 2.1, 5.4 * rows))
+    axes = figure.subplots(rows, columns, squeeze=False).ravel()
+    for unused in axes[count:]:
+        unused.remove()
+    return figure, axes[:count]
 
 
-def _stable_sets(panel):
-    """For each point of the plane the names of the stable states, joined."""
-    stable = (panel["status"] == Status.SOLVED) & (panel["stability"] == Stability.STABLE)
-    stable = stable.transpose("H", ..., "state").values
-    names = np.full(stable.shape[:2], "", object)
-    for number, state in enumerate(panel["state"].values):
-        joined = np.where(names == "", state, names + f" + {state}")
-        names = np.where(stable[:, :, number], joined, names)
-    names[names == ""] = "none"
-    return names.astype(str)
+def _regions(grid, show, exact):
+    """Labels of one panel, its grid made as fine as a picture, and the curves between them."""
+    H, given = grid.axes
+    names, bits, unknown = stable_sets(grid)
+    decide = partial(_stable, names, grid.ends)
+    if show == "preferred":
+        bits = np.where(bits, preferred_bits(grid, names), 0)
+        decide = partial(_preferred, names, grid.ends)
+    plane, curves = Plane(H, given, bits), []
+    if exact:
+        free = sum(1 << k for k, name in enumerate(names) if parse_state(name, grid.ends).mode)
+        plane = sharpen(plane, lambda H, P, around: decide(H, P, around[0] | around[1] | free))
+        for k, name in enumerate(names):
+            curves.append((name, plane.labels >> k & 1 == 1, partial(_has, decide, 1 << k)))
+        curves = curves_between(plane, curves, grid.ends)
+    labels = plane.labels
+    if show == "count":
+        labels = np.bitwise_count(labels.astype(np.uint64)).astype(int)
+        meaning = {int(n): (str(n),) for n in np.unique(labels)}
+    else:
+        meaning = {
+            int(b): tuple(name for k, name in enumerate(names) if b >> k & 1) for b in np.unique(labels)
+        }
+    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, unknown)
 
 
-def _rank(name):
-    known = list(COLOURS)
-    return (known.index(name) if name in known else len(known), name)
+def _stable(names, ends, H, P, asked):
+    """Bits of the states that are stable, of those asked for."""
+    bits = np.zeros(H.size, np.int64)
+    for k, name in enumerate(names):
+        at = np.flatnonzero(asked >> k & 1)
+        if at.size:
+            stable = solve(name, P=P[at], H=H[at], ends=ends).stability == Stability.STABLE
+            bits[at] |= stable.astype(np.int64) << k
+    return bits
 
 
-def _palette(names):
-    """Colour of each set of stable states, the same in every figure for the usual ones."""
-    spare = cycle(OTHERS)
-    return {name: COLOURS.get(name) or next(spare) for name in names}
+def _preferred(names, ends, H, P, asked):
+    """Bit of the stable state of least energy, whichever states are asked for."""
+    least, bits = np.full(H.size, np.inf), np.zeros(H.size, np.int64)
+    for k, name in enumerate(names):
+        s = solve(name, P=P, H=H, ends=ends)
+        lower = (s.stability == Stability.STABLE) & (s.energy < least)
+        least[lower], bits[lower] = s.energy[lower], 1 << k
+    return bits
 
 
-def _label(name):
-    return "none of those searched" if name == "none" else name
+def _has(decide, bit, H, P):
+    return decide(H, P, np.full(H.size, bit)) & bit != 0
 
 
-class Picture(NamedTuple):
-    """One panel: names of the stable states (H, given) on a fine grid, and the curves over its `H`."""
+def _values(grid, variable, number, exact):
+    """Values of a variable of one state where it is an equilibrium, and the curves that bound it."""
+    H, given = grid.axes
+    name = grid.states[number]
+    status, values = grid.read("status", number), grid.read(variable, number).astype(float)
+    there = status == Status.SOLVED if variable != "status" else status != Status.NOT_COMPUTED
+    if not there.any():
+        raise StudyError(f"state = {name!r} is solved nowhere for {grid.ends}; there is nothing to draw")
+    plane = Plane(H, given, fill(there, status != Status.NOT_COMPUTED))
+    curves = []
+    if exact and variable != "status":
 
-    ends: str
-    H: np.ndarray
-    given: np.ndarray
-    names: np.ndarray
-    curves: dict
+        def solved(H, P, around=None):
+            return solve(name, P=P, H=H, ends=grid.ends).status == Status.SOLVED
+
+        def stable(H, P):
+            return solve(name, P=P, H=H, ends=grid.ends).stability == Stability.STABLE
+
+        firm = grid.read("stability", number) == Stability.STABLE
+        fine = sharpen(plane, solved)
+        near = _nearest(H, fine.H), _nearest(given, fine.given)
+        firm = firm[np.ix_(*near)] & fine.labels
+        curves = curves_between(fine, [(name, fine.labels, solved), (name, firm, stable)], grid.ends)
+        plane = fine
+    filled = fill(values, there)
+    smooth = variable in VARIABLES and VARIABLES[variable].dtype == "f8"
+    look = RegularGridInterpolator((H, given), filled, method="linear" if smooth else "nearest")
+    points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
+    values = np.where(plane.labels, look(points), np.nan)
+    return Picture(grid.ends, plane.H, plane.given, values, {}, curves, [])
 
 
-def _picture(panel, control):
-    """Sharpen the grid of one end condition to a picture."""
-    ends, H, given = str(panel["ends"].values), panel["H"].values, panel[control].values
-    states = [str(name) for name in panel["state"].values]
-    fine_H, fine = (_between(labels, count) for labels, count in zip((H, given), PICTURE, strict=True))
-    # The transition loads are those of load control: at prescribed shortening more is stable.
-    curves = _curves(ends, fine_H, states) if control == "P" else {}
-    names = _sharpen(H, given, _stable_sets(panel), fine_H, fine, curves, ends, states)
-    return Picture(ends, fine_H, fine, names, curves)
+def _nearest(labels, values):
+    """Position of the label nearest to each value."""
+    return np.abs(labels[:, None] - values).argmin(axis=0)
 
 
-def _panel(ax, picture, palette):
-    """Draw one panel: regions, exact curves, their names."""
-    _, H, given, names, curves = picture
-    order = list(palette)
-    codes = np.vectorize(order.index)(names)
-    ax.pcolormesh(
-        H,
-        given,
-        codes.T,
-        cmap=ListedColormap(list(palette.values())),
-        vmin=-0.5,
-        vmax=len(order) - 0.5,
-        shading="nearest",
-        rasterized=True,
-    )
-    for event, load in curves.items():
-        if ((load >= given[0]) & (load <= given[-1])).any():
-            ax.plot(H, load, color="black", lw=1.2, ls=STYLES[event], label=NAMES[event])
-    _name_regions(ax, names, H, given, palette)
-    if _log_spaced(H):
+def _draw_sets(figure, axes, pictures, show):
+    """Fill the regions with the colours of their states, name them, and list the states."""
+    for ax, picture in zip(axes, pictures, strict=True):
+        ax.pcolormesh(
+            picture.H, picture.given, _painted(picture).transpose(1, 0, 2), shading="nearest", rasterized=True
+        )
+        for label, states in picture.meaning.items():
+            background = colour(states[0]) if len(states) == 1 else NONE
+            _name_region(ax, picture, label, " + ".join(states) or "none stable", background)
+    found = {states for picture in pictures for states in picture.meaning.values()}
+    single = sorted({state for states in found for state in states}, key=lambda name: (len(name), name))
+    handles = [Patch(facecolor=colour(name), edgecolor="0.3", label=name) for name in single]
+    if () in found:
+        handles.append(Patch(facecolor=NONE, edgecolor="0.3", label="none of those searched"))
+    return handles
+
+
+def _painted(picture):
+    """Colours (H, control, 3) of a picture; stripes where several states share a region."""
+    rows, columns = np.indices(picture.labels.shape, sparse=True)
+    stripe = (STRIPES * (rows / len(picture.H) + columns / len(picture.given))).astype(int)
+    painted = np.empty((*picture.labels.shape, 3))
+    for label, states in picture.meaning.items():
+        inside = picture.labels == label
+        colours = np.array([to_rgb(colour(state)) for state in states] or [to_rgb(NONE)])
+        painted[inside] = colours[stripe[inside] % len(colours)]
+    return painted
+
+
+def _draw_counts(figure, axes, pictures, show):
+    """Fill the regions by the number of stable states, the more the darker."""
+    most = max(max(picture.meaning) for picture in pictures)
+    shades = ["#ffffff", "#d0e1f2", "#94c4df", "#4a98c9", "#1764ab", "#08306b"]
+    shades += shades[-1:] * (most + 1 - len(shades))
+    for ax, picture in zip(axes, pictures, strict=True):
+        ax.pcolormesh(
+            picture.H,
+            picture.given,
+            picture.labels.T,
+            cmap=ListedColormap(shades[: most + 1]),
+            norm=BoundaryNorm(np.arange(most + 2) - 0.5, most + 1),
+            shading="nearest",
+            rasterized=True,
+        )
+        for label, (name,) in picture.meaning.items():
+            _name_region(ax, picture, label, name, shades[label])
+    return [Patch(facecolor=shades[n], edgecolor="0.3", label=str(n)) for n in range(most + 1)]
+
+
+def _draw_values(figure, axes, pictures, show):
+    """Colour the panels by a variable, with one scale for all; flags in steps with their names."""
+    values = np.concatenate([picture.labels[np.isfinite(picture.labels)] for picture in pictures])
+    known = VARIABLES.get(show)
+    norm, ticks, names = None, None, None
+    if known is not None and known.dtype != "f8":
+        codes = np.arange(int(values.min()), int(values.max()) + 1)
+        norm = BoundaryNorm(np.append(codes, codes[-1] + 1) - 0.5, 256)
+        ticks = codes
+        if known.flags is not None:
+            names = [known.flags(code).name.lower().replace("_", " ") for code in codes]
+    else:
+        norm = ScalarMappable(norm=None).norm
+        norm.autoscale(values)
+    for ax, picture in zip(axes, pictures, strict=True):
+        mesh = ax.pcolormesh(
+            picture.H,
+            picture.given,
+            np.ma.masked_invalid(picture.labels.T),
+            cmap="cividis",
+            norm=norm,
+            shading="nearest",
+            rasterized=True,
+        )
+    bar = figure.colorbar(mesh, ax=list(axes), label=axis_label(show), ticks=ticks, pad=0.02)
+    if names:
+        bar.ax.set_yticklabels(names)
+    return []
+
+
+def _draw_curves(axes, pictures):
+    """Draw the exact curves, each event in its own line, and list the events."""
+    drawn = {}
+    for ax, picture in zip(axes, pictures, strict=True):
+        for event, H, given in picture.curves:
+            (line,) = ax.plot(H, given, color="black", lw=1.2, ls=event.line, label=event.label)
+            drawn[event] = Line2D([], [], color="black", lw=1.2, ls=line.get_linestyle(), label=event.label)
+    for event, handle in drawn.items():
+        handle.set_linestyle(event.line)
+    return [drawn[event] for event in sorted(drawn, key=lambda event: event.label)]
+
+
+def _frame(ax, picture):
+    """Axes to the first and last label, logarithmic where the labels are."""
+    if log_spaced(picture.H):
         ax.set_xscale("log")
     else:
         ax.xaxis.set_major_locator(MaxNLocator(5))
-    if _log_spaced(given):
+    if log_spaced(picture.given):
         ax.set_yscale("log")
-    ax.set(xlim=(H[0], H[-1]), ylim=(given[0], given[-1]), xlabel="half gap  $H = H^*/L$", title=picture.ends)
-
-
-def _curves(ends, H, names):
-    """Exact loads of the one-contact sequence, of those events that concern the states drawn."""
-    return {event: loads(event, H, ends) for event in EVENTS if CONCERNS[event] in names}
-
-
-def _sharpen(H, P, names, fine_H, fine_P, curves, ends, states):
-    """Names on the fine grid: of the nearest grid point on the same side of every curve."""
-    coarse, fine = (
-        np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
-        for axes in ((H, P), (fine_H, fine_P))
+    ax.set(
+        xlim=(picture.H[0], picture.H[-1]),
+        ylim=(picture.given[0], picture.given[-1]),
+        xlabel=axis_label("H"),
+        title=picture.ends,
     )
-    zone_coarse, zone_fine = np.zeros(len(coarse), int), np.zeros(len(fine), int)
-    for load in curves.values():
-        for zone, points in ((zone_coarse, coarse), (zone_fine, fine)):
-            edge = np.interp(points[:, 0], fine_H, load)
-            zone *= 3
-            zone += np.where(np.isnan(edge), 2, points[:, 1] > edge)
-    place = fine
-    coarse, fine = (
-        np.stack([_steps(H, points[:, 0]), _steps(P, points[:, 1])], axis=-1) for points in (coarse, fine)
+
+
+def _name_region(ax, picture, label, name, background):
+    """Write the name of a region where there is most room for it."""
+    inside = np.pad(picture.labels == label, 1)
+    room = distance_transform_edt(inside, sampling=[1 / size for size in picture.labels.shape])[1:-1, 1:-1]
+    if room.max(initial=0) < LEAST_ROOM:
+        return
+    roomy = np.argwhere(room > 0.9 * room.max())
+    i, j = roomy[np.abs(roomy - roomy.mean(axis=0)).sum(axis=1).argmin()]
+    ax.text(
+        picture.H[i],
+        picture.given[j],
+        name,
+        ha="center",
+        va="center",
+        color=ink(background),
+        fontsize="small",
+        bbox={"facecolor": background, "edgecolor": "none", "pad": 1.5},
     )
-    flat = names.ravel().astype(object)
-    picture = np.empty(len(fine), object)
-    for zone in np.unique(zone_fine):
-        members, known = np.flatnonzero(zone_fine == zone), np.flatnonzero(zone_coarse == zone)
-        if known.size:
-            picture[members] = flat[known[cKDTree(coarse[known]).query(fine[members])[1]]]
-        else:
-            picture[members] = _stable_at(*place[members[len(members) // 2]], ends, states)
-    return picture.reshape(len(fine_H), len(fine_P))
 
 
-def _stable_at(H, P, ends, states):
-    """Names of the stable states at one point, joined."""
-    known = [name for name in states if is_canonical(name, ends)]
-    stable = [name for name in known if solve(name, P=P, H=H, ends=ends).stability == Stability.STABLE]
-    return " + ".join(stable) or "none"
-
-
-def _steps(labels, values):
-    """Position of values in steps of the grid, whatever its spacing."""
-    return np.interp(values, labels, np.arange(len(labels)))
-
-
-def _log_spaced(labels):
-    """Whether the labels are spaced evenly on a logarithmic axis and not on a linear one."""
-    return len(labels) > 2 and labels[0] > 0 and np.ptp(np.diff(np.log(labels))) < 1e-6
-
-
-def _between(labels, count):
-    """Evenly spaced points of the picture between the first and the last label."""
-    return (np.geomspace if _log_spaced(labels) else np.linspace)(labels[0], labels[-1], count)
-
-
-def _known_ends(ends):
-    try:
-        parse_ends(ends)
-    except ValueError as problem:
-        raise StudyError(f"the dataset cannot be drawn: {problem}") from None
-
-
-def _name_regions(ax, picture, H, given, palette):
-    """Write the name of each region where there is most room for it."""
-    for name in palette:
-        inside = np.pad(picture == name, 1)
-        room = distance_transform_edt(inside, sampling=(2.0, 1.0))[1:-1, 1:-1]
-        if room.max(initial=0) < 8:
-            continue
-        roomy = np.argwhere(room > 0.9 * room.max())
-        i, j = roomy[np.abs(roomy - roomy.mean(axis=0)).sum(axis=1).argmin()]
-        dark = sum(int(palette[name][k : k + 2], 16) for k in (1, 3, 5)) < 330
-        ax.text(
-            H[i],
-            given[j],
-            name if name != "none" else "none stable",
-            ha="center",
-            va="center",
-            color="white" if dark else "black",
-            fontsize="small",
-            bbox={"facecolor": palette[name], "edgecolor": "none", "pad": 1.5},
-        )
+def _explain(show, state, control, exact, pictures):
+    """Lines of the caption."""
+    what = {
+        "stable": "stripes: several states are stable",
+        "preferred": "stable state of least " + ("energy" if control == "P" else "bending energy"),
+        "count": "number of stable states",
+    }.get(show, f"{show} of {state}; white: no such equilibrium")
+    how = "boundaries solved exactly" if exact else "boundaries to the nearest grid point"
+    unknown = sorted({name for picture in pictures for name in picture.unknown})
+    missing = f"not computed in this dataset: {', '.join(unknown)}" if unknown else ""
+    prescribed = {"P": "stability at given load", "shortening": "stability at given shortening"}[control]
+    return f"{what}; {prescribed}; {how}", missing

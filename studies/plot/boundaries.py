@@ -1,0 +1,97 @@
+"""Exact curves between the regions of a chart, and what happens on each.
+
+What happens is read off the state itself, solved just inside the edge of its region: the quantity that is
+about to vanish there names the event.
+"""
+
+import numpy as np
+
+from elastica.solution import solve
+from studies.plot.regions import trace
+from studies.plot.style import Boundary
+
+NEAR = 1e-3
+"""Relative size below which a quantity counts as having vanished, next to an edge."""
+SAME = 1e-5
+"""Part of a load below which two curves that cross the same edge of the grid are one."""
+
+
+def curves_between(plane, regions, ends):
+    """Curves that bound regions of the plane, in pieces of one event each.
+
+    Parameters
+    ----------
+    plane : Plane
+    regions : iterable of (str, ndarray of bool, callable)
+        A state with where it holds on the plane, and the exact test of (H, P); see `regions.trace`.
+    ends : str
+
+    Returns
+    -------
+    list of (Boundary, ndarray, ndarray)
+        Event, H and P along each piece. A curve that bounds two regions comes once.
+    """
+    curves, met = [], {}
+    for name, inside, holds in regions:
+        for within, beyond, edges in trace(plane.H, plane.given, inside, holds):
+            here, there = (solve(name, P=at[1], H=at[0], ends=ends) for at in (within, beyond))
+            events = event_at(here, (here.stability == there.stability) & (here.index == there.index))
+            new = np.array(
+                [
+                    all(abs(P - other) > SAME * P for other in met.get(edge, ()))
+                    for edge, P in zip(edges, within[1], strict=True)
+                ]
+            )
+            for edge, P in zip(edges, within[1], strict=True):
+                met.setdefault(int(edge), []).append(P)
+            curves += _pieces(within, np.where(new, events, None))
+    return curves
+
+
+def _pieces(at, events):
+    """Runs of one event along a curve, each up to where the next begins."""
+    starts = np.flatnonzero([i == 0 or events[i] is not events[i - 1] for i in range(len(events))])
+    pieces = []
+    for first, last in zip(starts, [*starts[1:], len(events)], strict=True):
+        run = slice(max(first - 1, 0) if events[first] is not None else first, last + 1)
+        if events[first] is not None and at[:, run].shape[1] > 1:
+            pieces.append((events[first], *at[:, run]))
+    return pieces
+
+
+def event_at(solution, goes_on):
+    """The event at each of n edges.
+
+    Parameters
+    ----------
+    solution : elastica.Solution
+        The state just inside of n edges, as close as numbers tell.
+    goes_on : ndarray of bool, shape (n,)
+        Whether it is the same just outside: then only its rank among others changes.
+
+    Returns
+    -------
+    ndarray of Boundary, shape (n,)
+    """
+    P = np.maximum(solution.P, 1e-12)
+    root_p = 2 * np.pi * np.sqrt(P)
+    line = solution.flat_length > 0
+    if solution.state.straight:
+        sizes = {Boundary.BUCKLES: np.zeros_like(P)}
+    elif solution.state.mode:
+        sizes = {
+            Boundary.BUCKLES: solution.shortening / solution.H**2,
+            Boundary.WALL_TOUCHED: solution.clearance / solution.H,
+        }
+    else:
+        least = solution.reaction.min(axis=-1, initial=np.inf)
+        longer = np.abs(root_p * solution.flat_length / (2 * np.pi) - 1)
+        sizes = {
+            Boundary.WALL_TOUCHED: np.minimum(least / P, solution.clearance / solution.H),
+            Boundary.POINT_TO_LINE: np.where(line, solution.flat_length, solution.curvature / root_p),
+            Boundary.FLAT_BUCKLES: np.where(line, longer, np.inf),
+        }
+    values = np.nan_to_num(np.stack(list(sizes.values())), nan=np.inf)
+    events = np.array(list(sizes), object)[values.argmin(axis=0)]
+    events = np.where(values.min(axis=0) < NEAR, events, Boundary.FOLD)
+    return np.where(goes_on, Boundary.EQUAL_ENERGY, events)

@@ -1,0 +1,189 @@
+"""One look for every figure: the colour of a state, the line of a verdict and of an event, axes, captions.
+
+A state has its colour by its name alone, so it keeps it from figure to figure. The colours of states that
+are stable beside each other differ in lightness as much as in hue: they are told apart in grey, and by
+eyes that do not see all hues.
+"""
+
+import zlib
+from enum import Enum
+from pathlib import Path
+
+import matplotlib
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from elastica.codes import Stability
+from elastica.ends import parse_ends
+from studies.errors import StudyError
+from studies.schema import VARIABLES
+
+COLOURS = {
+    "0": "#d9d9d9",
+    "B1": "#56b4e9",
+    "B2": "#a6bddb",
+    "U": "#0b4f8a",
+    "U-": "#e69f00",
+    "Ua": "#cc6677",
+    "UU": "#999933",
+    "UD": "#8fd3b6",
+    "UD-": "#b0447a",
+    "UDU": "#7a3b00",
+    "UDU-": "#f0e442",
+    "UDUD": "#9ec5ff",
+    "UDUD-": "#006d4a",
+}
+"""Light and dark alternate along the sequence of stable states, pale ones among those with a contact more."""
+OTHERS = ("#882255", "#44aa99", "#ddcc77", "#332288", "#aa4499", "#117733", "#88ccee", "#d55e00", "#737373")
+NONE = "#ffffff"
+"""Where no state is stable."""
+
+AXES = {
+    "P": "thrust  $P = P^*L^2/4\\pi^2EI$",
+    "shortening": "shortening  $\\Delta L = \\Delta L^*/L$",
+    "H": "half gap  $H = H^*/L$",
+    "curvature": "curvature  $\\kappa = L\\kappa^*$",
+    "energy": "energy  $V^*L/4\\pi^2EI$",
+    "bending_energy": "bending energy  $U^*L/4\\pi^2EI$",
+    "reaction": "sum of reactions  $\\mu^*L^2/4\\pi^2EI$",
+}
+
+VERDICTS = {
+    Stability.STABLE: "-",
+    Stability.NEUTRAL_FAMILY: (0, (12, 2)),
+    Stability.CRITICAL: (0, (12, 2)),
+    Stability.UNSTABLE_THIRD_ORDER: (0, (8, 1.5, 1, 1.5)),
+}
+UNSTABLE = {1: (0, (5, 2)), 2: (0, (3, 1.5, 1, 1.5))}
+"""Line of an unstable state by its index; of larger ones `MORE_UNSTABLE`."""
+MORE_UNSTABLE = (0, (1, 1.8))
+
+
+class Boundary(Enum):
+    """What happens to a state where a region of the plane, or a branch, ends: its name and its line."""
+
+    BUCKLES = "straight strip buckles", ":"
+    WALL_TOUCHED = "wall is touched", "-"
+    POINT_TO_LINE = "point becomes line", "--"
+    FLAT_BUCKLES = "flat stretch buckles", "-."
+    FOLD = "fold", (0, (6, 1.5, 1, 1.5, 1, 1.5))
+    EQUAL_ENERGY = "equal energy", (0, (1, 1))
+
+    @property
+    def label(self):
+        """Name in legends."""
+        return self.value[0]
+
+    @property
+    def line(self):
+        """Line style."""
+        return self.value[1]
+
+
+def colour(state):
+    """Colour of a state, by its name without the number of the root."""
+    name = state.partition(":")[0]
+    return COLOURS.get(name) or OTHERS[zlib.crc32(name.encode()) % len(OTHERS)]
+
+
+def ink(background):
+    """Black or white, whichever can be read on a colour."""
+    red, green, blue = (int(background[k : k + 2], 16) for k in (1, 3, 5))
+    return "black" if 0.299 * red + 0.587 * green + 0.114 * blue > 125 else "white"
+
+
+def verdict_line(stability, index):
+    """Line style of a state with this verdict."""
+    return VERDICTS.get(Stability(stability)) or UNSTABLE.get(index, MORE_UNSTABLE)
+
+
+def verdict_name(stability, index):
+    """Legend of such a line."""
+    verdict = Stability(stability)
+    if verdict == Stability.UNSTABLE:
+        return f"unstable, index {index}" if index in UNSTABLE else "unstable, index 3 or more"
+    return verdict.name.lower().replace("_", " ").replace("unstable third", "unstable at third")
+
+
+def axis_label(variable):
+    """Label of an axis with the definition of what it shows."""
+    if variable in AXES:
+        return AXES[variable]
+    known = VARIABLES.get(variable)
+    if known is None:
+        return variable
+    units = "" if known.units == "1" else f"  [{known.units}]"
+    return f"{known.long_name}{units}"
+
+
+def new_figure(size):
+    """An empty figure of `size` inches that needs no display."""
+    figure = Figure(figsize=size, layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def caption(figure, dataset, *parameters):
+    """Title of the dataset over the figure, and below it what its numbers mean and where they are from."""
+    figure.suptitle(dataset.attrs.get("title") or dataset.attrs.get("id", ""), fontsize="medium")
+    source = ", ".join(
+        f"{name} {dataset.attrs[key]}" for name, key in (("data", "id"), ("study", "study_id")) if key in dataset.attrs
+    )
+    figure.supxlabel("\n".join(part for part in (*parameters, source) if part), fontsize="x-small", color="0.3")
+
+
+def save(figure, path):
+    """Write a figure as PNG, PDF or SVG, by the ending; letters stay letters.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    path : str or Path
+
+    Raises
+    ------
+    StudyError
+        If the ending is another.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise StudyError(f"{path}: the ending decides the format; use .png, .pdf or .svg")
+    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
+        figure.savefig(path, dpi=200)
+
+
+def end_conditions(dataset):
+    """The end conditions of a dataset.
+
+    Raises
+    ------
+    StudyError
+        If they cannot be understood.
+    """
+    names = [str(name) for name in dataset["ends"].values]
+    for name in names:
+        try:
+            parse_ends(name)
+        except ValueError as problem:
+            raise StudyError(f"the dataset cannot be drawn: {problem}") from None
+    return names
+
+
+def listed(names, most=20):
+    """Names in a sentence, of many the first."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def require(dataset, *names):
+    """Refuse a dataset that lacks variables.
+
+    Raises
+    ------
+    StudyError
+    """
+    missing = [name for name in names if name not in dataset]
+    if missing:
+        raise StudyError(
+            f"the dataset has no variable {missing[0]!r}, without which this cannot be drawn; "
+            f"it has {', '.join(sorted(map(str, dataset.data_vars))) or 'none'}"
+        )
