@@ -75,15 +75,15 @@ def find(state, ends, p, H):
         the wall.
     """
     if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
-        first = _first(state, ends, Table(p, H))
+        plain = first(state, ends, Table(p, H))
         there = np.full(p.size, bool(state.mode))
-        there[first.point] = True
+        there[plain.point] = True
         if there.all():
-            return first
+            return plain
         missing = np.flatnonzero(~there)
         others = numbered([_others(state, ends, p[missing], H[missing])])
         others = others._replace(point=missing[others.point])
-        return _sorted([first, others.at(others.number == 1)])
+        return _sorted([plain, others.at(others.number == 1)])
     found = every(state, ends, p, H)
     return found.at(found.number == state.root)
 
@@ -110,8 +110,8 @@ def every(state, ends, p, H, table=None):
     points = table or Table(p, H)
     if state.line:
         return _lines(state, ends, points)
-    first = [_first(state, ends, points)] if alternates(state, ends) else []
-    return numbered([*first, _others(state, ends, p, H, table)])
+    plain = [first(state, ends, points)] if alternates(state, ends) else []
+    return numbered([*plain, _others(state, ends, p, H, table)])
 
 
 def alternates(state, ends):
@@ -119,8 +119,21 @@ def alternates(state, ends):
     return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
 
-def _first(state, ends, table):
-    """The root of a state that has one at most, without further periods."""
+def first(state, ends, table):
+    """The root of a state that has one at most, without further periods.
+
+    Parameters
+    ----------
+    state : State
+        A free shape, or a contact word that `alternates`.
+    ends : Ends
+    table : Table
+        Of the points.
+
+    Returns
+    -------
+    Equilibria
+    """
     plain = state.segments(ends)
     (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
     roots = _free(state, ends, table.p) if state.mode else alternating(group.segments, table)

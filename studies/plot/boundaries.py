@@ -6,7 +6,9 @@ about to vanish there names the event.
 
 import numpy as np
 
+from elastica.codes import Stability
 from elastica.solution import solve
+from elastica.stable import stable_energy
 from studies.plot.regions import trace
 from studies.plot.style import Boundary
 
@@ -34,8 +36,9 @@ def curves_between(plane, regions, ends):
     curves, met = [], {}
     for name, inside, holds in regions:
         for within, beyond, edges in trace(plane.H, plane.given, inside, holds):
-            here, there = (solve(name, P=at[1], H=at[0], ends=ends) for at in (within, beyond))
-            events = event_at(here, (here.stability == there.stability) & (here.index == there.index))
+            here = solve(name, P=within[1], H=within[0], ends=ends)
+            goes_on = np.isfinite(stable_energy(name, beyond[1], beyond[0], ends))
+            events = event_at(here, goes_on & (here.stability == Stability.STABLE))
             new = np.array(
                 [
                     all(abs(P - other) > SAME * P for other in met.get(edge, ()))

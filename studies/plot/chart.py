@@ -19,6 +19,7 @@ from scipy.ndimage import distance_transform_edt
 
 from elastica.codes import Stability, Status
 from elastica.solution import solve
+from elastica.stable import stable_energy
 from elastica.states import parse_state
 from studies.errors import StudyError
 from studies.plot.boundaries import curves_between
@@ -145,7 +146,7 @@ def _stable(names, ends, H, P, asked):
     for k, name in enumerate(names):
         at = np.flatnonzero(asked >> k & 1)
         if at.size:
-            stable = solve(name, P=P[at], H=H[at], ends=ends).stability == Stability.STABLE
+            stable = np.isfinite(stable_energy(name, P[at], H[at], ends))
             bits[at] |= stable.astype(np.int64) << k
     return bits
 
@@ -154,9 +155,9 @@ def _preferred(names, ends, H, P, asked):
     """Bit of the stable state of least energy, whichever states are asked for."""
     least, bits = np.full(H.size, np.inf), np.zeros(H.size, np.int64)
     for k, name in enumerate(names):
-        s = solve(name, P=P, H=H, ends=ends)
-        lower = (s.stability == Stability.STABLE) & (s.energy < least)
-        least[lower], bits[lower] = s.energy[lower], 1 << k
+        energy = stable_energy(name, P, H, ends)
+        lower = energy < least
+        least[lower], bits[lower] = energy[lower], 1 << k
     return bits
 
 
@@ -180,7 +181,7 @@ def _values(grid, variable, number, exact):
             return solve(name, P=P, H=H, ends=grid.ends).status == Status.SOLVED
 
         def stable(H, P):
-            return solve(name, P=P, H=H, ends=grid.ends).stability == Stability.STABLE
+            return np.isfinite(stable_energy(name, P, H, grid.ends))
 
         firm = grid.read("stability", number) == Stability.STABLE
         fine = sharpen(plane, solved)

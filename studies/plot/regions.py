@@ -2,7 +2,7 @@
 
 A label is known at the grid points of a dataset. Between neighbours that agree it is theirs; between others it
 is asked of the solver, on a grid that is halved until it is as fine as a picture. Then each place where the
-label changes is bisected along the line of the grid on which it lies.
+label changes is narrowed down along the line of the grid on which it lies.
 """
 
 from typing import NamedTuple
@@ -15,7 +15,8 @@ FINE = (200, 400)
 """Least numbers of points of a picture along H and the control."""
 TRACED = (70, 140)
 """Lines of the grid on which boundaries are traced."""
-BISECTIONS = 22
+SECTIONS, TIMES = 16, 5
+"""Parts into which the place of a boundary is divided, and how often: one call costs as much as many points."""
 
 
 class Plane(NamedTuple):
@@ -95,10 +96,14 @@ def trace(H, given, inside, decide):
     near[swap], far[swap] = far[swap], near[swap]
     edge = np.ravel_multi_index(np.minimum(near, far).T, inside.shape) * 2 + (near[:, 0] == far[:, 0])
     within, beyond = (np.stack([H[at[:, 0]], given[at[:, 1]]]) for at in (near, far))
-    for _ in range(BISECTIONS):
-        middle = (within + beyond) / 2
-        holds = decide(*middle)
-        within, beyond = np.where(holds, middle, within), np.where(holds, beyond, middle)
+    share = np.linspace(0, 1, SECTIONS + 1)[:, None]
+    columns = np.arange(place.shape[0])
+    for _ in range(TIMES):
+        steps = within[:, None] + share * (beyond - within)[:, None]
+        holds = decide(*steps[:, 1:-1].reshape(2, -1)).reshape(SECTIONS - 1, -1)
+        # The first step at which the condition has ceased to hold.
+        over = 1 + np.where(holds.all(axis=0), SECTIONS - 1, holds.argmin(axis=0))
+        within, beyond = steps[:, over - 1, columns], steps[:, over, columns]
     return list(
         zip(*(np.split(values, ends, axis=-1) for values in (within, beyond, edge)), strict=True)
     )
