@@ -39,6 +39,8 @@ def curves_between(plane, regions, ends):
             here = solve(name, P=within[1], H=within[0], ends=ends)
             goes_on = np.isfinite(stable_energy(name, beyond[1], beyond[0], ends))
             events = event_at(here, goes_on & (here.stability == Stability.STABLE))
+            # A label that was copied into a region thinner than the grid bounds nothing.
+            events[holds(*beyond)] = None
             new = np.array(
                 [
                     all(abs(P - other) > SAME * P for other in met.get(edge, ()))

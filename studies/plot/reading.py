@@ -14,6 +14,7 @@ from studies.errors import StudyError
 from studies.plot.regions import FINE, fill
 from studies.plot.style import listed
 
+BAND_BYTES = 32_000_000
 MOST_SETS = 62
 """States that fit into the bits of a label."""
 
@@ -48,14 +49,19 @@ class Grid(NamedTuple):
         return [str(name) for name in self.panel["state"].values]
 
     def read(self, name, state=None):
-        """A variable, of one state if it has any, of shape (H, control); only the rows wanted are read."""
+        """A variable, of one state if it has any, of shape (H, control).
+
+        What is read at a time is a band of rows: strides within a compressed file would take longer.
+        """
         variable = self.panel[name] if state is None else self.panel[name].isel(state=state)
         variable = variable.transpose("H", self.control)
-        step = int(self.rows[1] - self.rows[0])
-        values = variable[::step].values
-        if len(values) < len(self.rows):
-            values = np.concatenate([values, variable[-1:].values])
-        return values[:, self.columns]
+        rows = max(1, BAND_BYTES // (variable.dtype.itemsize * variable.sizes[self.control]))
+        bands = []
+        for first in range(0, variable.sizes["H"], rows):
+            wanted = self.rows[(self.rows >= first) & (self.rows < first + rows)] - first
+            if wanted.size:
+                bands.append(variable[first : first + rows].values[np.ix_(wanted, self.columns)])
+        return np.concatenate(bands)
 
 
 def _evenly(count, most):

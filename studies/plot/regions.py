@@ -13,7 +13,7 @@ from scipy.ndimage import distance_transform_edt
 
 FINE = (200, 400)
 """Least numbers of points of a picture along H and the control."""
-TRACED = (70, 140)
+TRACED = (140, 280)
 """Lines of the grid on which boundaries are traced."""
 SECTIONS, TIMES = 16, 5
 """Parts into which the place of a boundary is divided, and how often: one call costs as much as many points."""

@@ -1,0 +1,166 @@
+"""Bifurcation diagrams: the load over shortening, or another quantity, of all states at one gap."""
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from elastica.codes import Stability
+from studies.errors import StudyError
+from studies.plot.branches import MOST_INDEX, QUANTITIES, branches, jumps
+from studies.plot.reading import solves_exactly
+from studies.plot.style import (
+    Boundary,
+    axis_label,
+    caption,
+    colour,
+    end_conditions,
+    listed,
+    new_figure,
+    require,
+    verdict_line,
+    verdict_name,
+)
+from studies.schema import control_of
+
+MARKERS = {
+    Boundary.BUCKLES: "P",
+    Boundary.WALL_TOUCHED: "o",
+    Boundary.POINT_TO_LINE: "s",
+    Boundary.FLAT_BUCKLES: "D",
+    Boundary.FOLD: "^",
+}
+ARROWS = {"P": ("black", "jump at given load"), "shortening": ("#b2182b", "jump at given shortening")}
+
+
+def bifurcation(dataset, H=None, show="shortening", states=None):
+    """Draw the load over another quantity for all states at one gap, one panel for each end condition.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `studies.open` or `studies.run`.
+    H : float, optional
+        Half gap; the nearest label is taken. Without it the middle one.
+    show : str
+        "shortening" (default), "curvature", "energy", "bending_energy" or "reaction".
+    states : sequence of str, optional
+        Only these.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Stable states solid, unstable ones dashed by their index; events marked; arrows from where a stable
+        state is lost, at given load and at given shortening, to the stable state of least potential.
+
+    Raises
+    ------
+    StudyError
+        If something that is needed is missing.
+    """
+    if show not in QUANTITIES[1:]:
+        raise StudyError(f"show = {show!r} is not possible; use {', '.join(QUANTITIES[1:])}")
+    control = control_of(dataset.sizes)
+    exact = solves_exactly(dataset)
+    needed = () if exact else ("index", "stability", {"P": "shortening", "shortening": "P"}[control], show)
+    require(dataset, "status", *(name for name in needed if name != control))
+    if dataset.sizes.get(control, 0) < 2:
+        raise StudyError(f"the dataset has fewer than two values of {control}; a branch needs more")
+    dataset = _only(dataset, states)
+    gap = float(nearest_label(dataset, H))
+    panels = [dataset.isel(ends=number).sel(H=gap) for number in range(len(end_conditions(dataset)))]
+    figure = new_figure((5.2 * min(len(panels), 2) + 2.3, 5.4 * -(-len(panels) // 2)))
+    axes = figure.subplots(-(-len(panels) // 2), min(len(panels), 2), squeeze=False).ravel()
+    for unused in axes[len(panels) :]:
+        unused.remove()
+    handles = {}
+    for ax, panel in zip(axes, panels, strict=False):
+        pieces = branches(panel, control)
+        if not pieces:
+            raise StudyError(f"no state is solved for {panel['ends'].values} at H = {gap:g}")
+        _draw(ax, pieces, show, control, handles)
+        ax.set(title=str(panel["ends"].values), xlabel=axis_label(show), ylabel=axis_label("P"))
+    order = sorted(handles, key=lambda key: (key[0], str(key[1])))
+    figure.legend(
+        handles=[handles[key] for key in order],
+        loc="outside right upper",
+        frameon=False,
+        fontsize="small",
+        handlelength=3,
+        ncols=1 + (len(order) > 24),
+    )
+    what = "given load" if control == "P" else "given shortening"
+    how = "" if exact else "; values of the grid points, events to the nearest of them"
+    caption(
+        figure,
+        dataset,
+        f"H = {gap:g}; verdicts at {what}; arrows: to the stable state of least potential{how}",
+    )
+    return figure
+
+
+def nearest_label(dataset, H):
+    """The label of H nearest to a value; the middle one if none is given.
+
+    Raises
+    ------
+    StudyError
+        If the value lies beyond the labels by more than half a step.
+    """
+    labels = dataset["H"].values
+    if H is None:
+        return labels[len(labels) // 2]
+    nearest = labels[np.abs(labels - H).argmin()]
+    step = np.diff(labels).max(initial=0) / 2 + 1e-9
+    if not labels[0] - step <= H <= labels[-1] + step:
+        raise StudyError(f"H = {H:g} is not in the dataset; give one from {labels[0]:g} to {labels[-1]:g}")
+    return nearest
+
+
+def _only(dataset, states):
+    """The dataset with some of its states."""
+    if not states:
+        return dataset
+    names = [str(name) for name in dataset["state"].values]
+    for name in states:
+        if name not in names:
+            raise StudyError(f"state = {name!r} is none of the dataset's; name one of {listed(names)}")
+    return dataset.isel(state=[names.index(name) for name in states])
+
+
+def _draw(ax, pieces, show, control, handles):
+    """Draw the branches of one panel; `handles` collects its legend: states, verdicts, events, jumps."""
+    for piece in sorted(pieces, key=lambda piece: piece.stability == Stability.STABLE):
+        stable = piece.stability == Stability.STABLE
+        far = piece.index >= MOST_INDEX
+        look = {
+            "color": colour(piece.state),
+            "ls": verdict_line(piece.stability, piece.index),
+            "lw": 2.4 if stable else 0.6 if far else 1.2,
+        }
+        x, P = piece.values[show], piece.values["P"]
+        ax.plot(x, P, label=piece.state, zorder=3 if stable else 2, **look)
+        name = piece.state.partition(":")[0]
+        if not far:
+            handles.setdefault((0, name), Line2D([], [], color=colour(name), lw=2.4, label=name))
+        verdict = verdict_name(piece.stability, piece.index)
+        handles.setdefault(
+            (1, verdict), Line2D([], [], color="0.3", ls=look["ls"], lw=look["lw"], label=verdict)
+        )
+        for event, at in zip(piece.events, (0, -1), strict=True):
+            if event is None:
+                continue
+            mark = {"marker": MARKERS[event], "mfc": "white", "mec": "black", "ms": 5 if stable else 3}
+            ax.plot(x[at], P[at], ls="none", zorder=4, **mark)
+            handles.setdefault(
+                (2, event.label), Line2D([], [], ls="none", label=event.label, **mark | {"ms": 5})
+            )
+    for kind in ARROWS:
+        for jump in jumps(pieces, kind, control):
+            shade, label = ARROWS[kind]
+            ax.annotate(
+                "",
+                (jump.stop[show], jump.stop["P"]),
+                (jump.start[show], jump.start["P"]),
+                arrowprops={"arrowstyle": "-|>", "color": shade, "lw": 1.3, "shrinkA": 3, "shrinkB": 1},
+                zorder=5,
+            ).set_gid(f"{kind} {jump.state} {jump.other_state}")
+            handles.setdefault((3, kind), Line2D([], [], color=shade, marker=">", lw=1.3, label=label))

@@ -1,0 +1,248 @@
+"""Branches of states over the load at one gap, cut where their verdict changes, and jumps between them.
+
+Of the exact method the cuts are narrowed down and the pieces sampled afresh, densely at both ends, where
+folds have vertical tangents. Of a chain, and at prescribed shortening, a piece has the values of the file.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.codes import Stability, Status
+from elastica.solution import solve
+from studies.plot.boundaries import event_at
+from studies.plot.reading import solves_exactly
+
+MOST_READ, SAMPLES = 400, 48
+SECTIONS, TIMES = 16, 4
+MOST_INDEX = 3
+"""Index from which on a branch is only followed through the grid, in pieces of that many directions or more."""
+TOGETHER = 2e-3
+"""Distance, as part of the diagram, at which branches meet."""
+QUANTITIES = ("P", "shortening", "curvature", "energy", "bending_energy", "reaction")
+POTENTIAL = {"P": "energy", "shortening": "bending_energy"}
+
+
+class Piece(NamedTuple):
+    """A part of a state's branch with one verdict.
+
+    Attributes
+    ----------
+    state : str
+    index, stability : int
+        Under the control of the dataset.
+    events : tuple
+        `Boundary` at its first and last point, None at the ends of the grid.
+    values : dict of str to ndarray, shape (n,)
+        Of each of `QUANTITIES`; of the reactions, their sum.
+    """
+
+    state: str
+    index: int
+    stability: int
+    events: tuple
+    values: dict
+
+    def holds(self, control, prescribed):
+        """Where it is stable under a control, (n,): fixing the shortening takes away a direction where it
+        falls with the load."""
+        if self.stability not in (Stability.STABLE, Stability.UNSTABLE):
+            return np.zeros(self.values["P"].size, bool)
+        P, shortening = self.values["P"], self.values["shortening"]
+        if control == prescribed or P.size < 2 or not np.ptp(shortening):
+            return np.full(P.size, self.stability == Stability.STABLE)
+        along = np.arange(P.size)
+        falls = np.gradient(shortening, along) * np.gradient(P, along) < 0
+        return self.index + (falls if control == "P" else -falls.astype(int)) == 0
+
+
+class Jump(NamedTuple):
+    """From where a stable state is lost to where the arrow leads: states and values of `QUANTITIES`."""
+
+    control: str
+    state: str
+    other_state: str
+    start: dict
+    stop: dict
+
+
+def branches(panel, control):
+    """Pieces of all states of a dataset at one end condition and gap.
+
+    Parameters
+    ----------
+    panel : xarray.Dataset
+        With the dimensions control and state.
+    control : str
+
+    Returns
+    -------
+    list of Piece
+    """
+    step = -(-panel.sizes[control] // MOST_READ)
+    panel = panel.isel({control: slice(None, None, step)})
+    status = panel["status"].transpose(control, "state").values
+    ends, H = str(panel["ends"].values), float(panel["H"].values)
+    pieces = []
+    for number in np.flatnonzero((status == Status.SOLVED).any(axis=0)):
+        name = str(panel["state"].values[number])
+        if solves_exactly(panel):
+            pieces += _solved(name, ends, H, panel["P"].values)
+        else:
+            pieces += _stored(name, panel.isel(state=number), control)
+    return pieces
+
+
+def _solved(name, ends, H, loads):
+    """Pieces of a state, its cuts narrowed down."""
+
+    def at(P):
+        return solve(name, P=P, H=H, ends=ends)
+
+    coarse = at(loads)
+    keys = _keys(coarse)
+    cut = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
+    concerns = (keys[:, 0] == 1) & (keys[:, 1] < MOST_INDEX)
+    cut = cut[concerns[cut] | concerns[cut + 1]]
+    below, above = loads[cut], loads[cut + 1]
+    for _ in range(TIMES if cut.size else 0):
+        steps = np.linspace(below, above, SECTIONS + 1)
+        found = _keys(at(steps[1:-1].ravel())).reshape(SECTIONS - 1, cut.size, -1)
+        alike = (found == keys[cut]).all(axis=2)
+        passed = 1 + np.where(alike.all(axis=0), SECTIONS - 1, alike.argmin(axis=0))
+        column = np.arange(cut.size)
+        below, above = steps[passed - 1, column], steps[passed, column]
+    firsts, lasts = [loads[0], *above], [*below, loads[-1]]
+    pieces = [
+        Piece(name, MOST_INDEX, int(Stability.UNSTABLE), (None, None), _values(coarse, run))
+        for run in _consecutive((keys[:, 0] == 1) & (keys[:, 1] >= MOST_INDEX), keys)
+    ]
+    for number, (first, last) in enumerate(zip(firsts, lasts, strict=True)):
+        run = keys[[0, *(cut + 1)][number]]
+        if not run[0] or run[1] >= MOST_INDEX:
+            continue
+        P = first + (last - first) * (1 - np.cos(np.linspace(0, np.pi, SAMPLES))) / 2
+        s = at(P)
+        own = np.flatnonzero((_keys(s) == run).all(axis=1))
+        if own.size < 2:
+            continue
+        events = event_at(s, np.zeros(P.size, bool))[own[[0, -1]]]
+        events = tuple(
+            None if edge in (loads[0], loads[-1]) else event
+            for edge, event in zip((first, last), events, strict=True)
+        )
+        pieces.append(Piece(name, int(run[1]), int(run[2]), events, _values(s, own)))
+    return pieces
+
+
+def _values(solution, at):
+    """Quantities of some points of a solution."""
+    values = {q: getattr(solution, q)[at] for q in QUANTITIES if q != "reaction"}
+    return values | {"reaction": solution.reaction[at].sum(axis=-1)}
+
+
+def _consecutive(wanted, keys):
+    """Runs of wanted points whose keys are the same."""
+    places = np.flatnonzero(wanted)
+    breaks = (np.diff(places) > 1) | (keys[places[1:]] != keys[places[:-1]]).any(axis=1)
+    return [run for run in np.split(places, np.flatnonzero(breaks) + 1) if run.size > 1]
+
+
+def _keys(solution):
+    """What does not change along a piece: whether it is solved, index, verdict, further periods."""
+    solved = solution.status == Status.SOLVED
+    plain = np.stack([solved, solution.index, solution.stability], axis=1).astype(int)
+    keys = np.hstack([plain, solution.periods])
+    keys[~solved] = 0
+    return keys
+
+
+def _stored(name, panel, control):
+    """Pieces of a state from the values in a file."""
+    found = {q: panel[q].values for q in QUANTITIES if q in panel and panel[q].dims == (control,)}
+    found[control] = panel[control].values
+    if "reaction" in panel:
+        found["reaction"] = panel["reaction"].fillna(0).sum("contact").values
+    status, index, stability = (panel[q].values for q in ("status", "index", "stability"))
+    keys = np.stack([status, np.where(status == 0, index, -1), np.where(status == 0, stability, -1)], axis=1)
+    runs = np.split(np.arange(status.size), np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1)) + 1)
+    return [
+        Piece(
+            name,
+            int(index[run[0]]),
+            int(stability[run[0]]),
+            (None, None),
+            {q: values[run] for q, values in found.items()},
+        )
+        for run in runs
+        if status[run[0]] == Status.SOLVED
+    ]
+
+
+def jumps(pieces, control, prescribed):
+    """Where stable states are lost under a control without another that goes on, and what is stable there.
+
+    Parameters
+    ----------
+    pieces : list of Piece
+    control : str
+        "P" or "shortening", rising or falling.
+    prescribed : str
+        The control of the dataset.
+
+    Returns
+    -------
+    list of Jump
+        To the stable state of least potential that is below that of the one lost; none where there is none.
+    """
+    scale = {
+        q: max(np.ptp(np.concatenate([piece.values[q] for piece in pieces])), 1e-12) for q in ("P", "shortening")
+    }
+    runs = [run for piece in pieces for run in _runs(piece, piece.holds(control, prescribed))]
+    lost = []
+    for state, run, edges in runs:
+        for end, inner, edge in ((0, 1, edges[0]), (-1, -2, edges[1])):
+            forward = np.sign(run[control][end] - run[control][inner])
+            if edge or not forward or _goes_on(runs, run, end, forward, control, scale):
+                continue
+            start = {q: values[end] for q, values in run.items()}
+            targets = [stop for other in runs for stop in _crossings(*other[:2], start, control, scale)]
+            lower = [stop for stop in targets if stop[1][POTENTIAL[control]] < start[POTENTIAL[control]]]
+            if lower:
+                other, stop = min(lower, key=lambda found: found[1][POTENTIAL[control]])
+                lost.append(Jump(control, state, other, start, stop))
+    return lost
+
+
+def _runs(piece, holds):
+    """Parts of a piece that are stable: state, values, and whether each end is the end of the grid."""
+    places = np.flatnonzero(holds)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if run.size > 1:
+            edges = (
+                run[0] == 0 and piece.events[0] is None,
+                run[-1] == holds.size - 1 and piece.events[1] is None,
+            )
+            yield piece.state, {q: values[run] for q, values in piece.values.items()}, edges
+
+
+def _goes_on(runs, run, end, forward, control, scale):
+    """Whether another stable run passes the end of this one and leads on in its direction."""
+    for _, other, _ in runs:
+        if other is run:
+            continue
+        away = sum(((other[q] - run[q][end]) / scale[q]) ** 2 for q in scale) ** 0.5
+        near = away.argmin()
+        if away[near] < TOGETHER and (forward * (other[control] - other[control][near])).max() > 0:
+            return True
+    return False
+
+
+def _crossings(state, run, start, control, scale):
+    """Where a run has the control at which another was lost, away from it."""
+    past = run[control] - start[control]
+    for i in np.flatnonzero(past[:-1] * past[1:] <= 0):
+        share = past[i] / (past[i] - past[i + 1]) if past[i] != past[i + 1] else 0.0
+        stop = {q: values[i] + share * (values[i + 1] - values[i]) for q, values in run.items()}
+        if any(abs(stop[q] - start[q]) > TOGETHER * scale[q] for q in scale):
+            yield state, stop

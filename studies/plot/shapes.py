@@ -1,0 +1,245 @@
+"""Strips between their walls, drawn to scale with contacts and reactions; and films along a loading path."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.animation import FuncAnimation, PillowWriter
+from matplotlib.patches import Rectangle
+
+from elastica.codes import Stability, Status
+from elastica.solution import solve
+from studies.errors import StudyError
+from studies.plot.bifurcation import nearest_label
+from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
+from studies.schema import control_of
+
+SAMPLES = 301
+MOST_STRIPS, ALONG = 12, 6
+"""Strips of a figure, and of a branch."""
+FLAT = 0.12
+"""Half gap of the drawing, in strip lengths, below which heights are stretched."""
+
+
+class Strip(NamedTuple):
+    """One equilibrium: `solution` has a single point."""
+
+    solution: object
+
+    @classmethod
+    def at(cls, given, H, state, ends, control="P"):
+        """Solve a state at a point.
+
+        Raises
+        ------
+        StudyError
+            If it has no equilibrium there.
+        """
+        try:
+            solution = solve(state, H=[float(H)], ends=ends, **{control: [float(given)]})
+        except ValueError as problem:
+            raise StudyError(str(problem)) from None
+        if solution.status[0] not in (Status.SOLVED, Status.INADMISSIBLE):
+            raise StudyError(f"state = {state!r} has no equilibrium at {control} = {given:g}, H = {H:g} ({ends})")
+        return cls(solution)
+
+    @property
+    def verdict(self):
+        """In words."""
+        if self.solution.status[0] == Status.INADMISSIBLE:
+            return "inadmissible"
+        return verdict_name(int(self.solution.stability[0]), int(self.solution.index[0]))
+
+    @property
+    def stable(self):
+        """Whether it is stable under its control."""
+        return self.solution.stability[0] == Stability.STABLE
+
+
+def shapes(dataset, H=None, given=None, states=None, ends=None):
+    """Draw strips at chosen points, each between its walls.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        From `studies.open` or `studies.run`.
+    H : float, optional
+        Half gap; the nearest label is taken. Without it the middle one.
+    given : float or sequence of float, optional
+        Loads, or shortenings where these are prescribed; the nearest labels are taken. Without it, of one
+        state six along its branch, else the label at which most states are stable.
+    states : sequence of str, optional
+        Without it all that are solved at the point, the stable ones first, up to twelve.
+    ends : str, optional
+        One of the end conditions of the dataset; without it the first.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+        Stable strips in full, others as outlines; contacts as dots, reactions as arrows, all to one scale.
+
+    Raises
+    ------
+    StudyError
+        If a point or state is not there.
+    """
+    require(dataset, "status")
+    control = control_of(dataset.sizes)
+    known = end_conditions(dataset)
+    ends = ends or known[0]
+    if ends not in known:
+        raise StudyError(f"ends = {ends!r} is none of the dataset's; name one of {', '.join(known)}")
+    gap = float(nearest_label(dataset, H))
+    panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
+    points = _points(panel, control, given, list(states or ()))
+    strips = [Strip.at(value, gap, state, ends, control) for value, state in points]
+    return draw(strips, dataset, f"H = {gap:g}, {ends}")
+
+
+def _points(panel, control, given, states):
+    """Pairs (control, state) to draw."""
+    names = [str(name) for name in panel["state"].values]
+    for state in states:
+        if state not in names:
+            raise StudyError(f"state = {state!r} is none of the dataset's; name one of {listed(names)}")
+    labels = panel[control].values
+    solved = (panel["status"] == Status.SOLVED).transpose(control, "state").values
+    if given is not None:
+        rows = [int(np.abs(labels - value).argmin()) for value in np.atleast_1d(given)]
+    elif len(states) == 1:
+        there = np.flatnonzero(solved[:, names.index(states[0])])
+        if not there.size:
+            raise StudyError(f"state = {states[0]!r} is solved nowhere at H = {float(panel['H']):g}")
+        rows = there[np.unique(np.linspace(0, there.size - 1, ALONG).round().astype(int))].tolist()
+    else:
+        count = solved.sum(axis=1)
+        if "stability" in panel:
+            stable = (panel["stability"] == Stability.STABLE).transpose(control, "state").values
+            count = count + 1000 * (stable & solved).sum(axis=1)
+        most = np.flatnonzero(count == count.max())
+        rows = [int(most[most.size // 2])]
+    points = [
+        (float(labels[row]), state) for row in rows for state in (states or _stable_first(panel, row, control, names))
+    ]
+    points = [point for point in points if solved[np.searchsorted(labels, point[0]), names.index(point[1])]]
+    if not points:
+        raise StudyError(
+            f"no state is solved at H = {float(panel['H']):g}, {control} = "
+            f"{', '.join(f'{labels[row]:g}' for row in rows)}; choose another point"
+        )
+    return points[:MOST_STRIPS]
+
+
+def _stable_first(panel, row, control, names):
+    """Names in the order of their index, where the file knows it."""
+    if "index" not in panel:
+        return names
+    index = panel["index"].isel({control: row}).values
+    return [names[i] for i in np.lexsort((np.arange(len(names)), np.where(index < 0, 999, index)))]
+
+
+def draw(strips, dataset=None, where=""):
+    """Draw strips of `Strip.at`, one below the other in two columns, with one scale of forces."""
+    rows = -(-len(strips) // 2)
+    stretch = _stretch(strips)
+    tall = stretch * max(float(strip.solution.H[0]) for strip in strips)
+    figure = new_figure((9.5, 0.9 + rows * (0.75 + 9.5 * tall)))
+    axes = figure.subplots(rows, min(2, len(strips)), squeeze=False).ravel()
+    for unused in axes[len(strips) :]:
+        unused.remove()
+    largest = max(np.nanmax(strip.solution.reaction, initial=0) for strip in strips) or 1.0
+    for ax, strip in zip(axes, strips, strict=False):
+        _draw_strip(ax, strip, stretch, largest)
+    scale = f"; longest arrow: reaction μ*L²/4π²EI = {largest:.3g}"
+    heights = "" if stretch == 1 else f"; heights × {stretch:g}"
+    text = f"{where}{scale}{heights}; filled: stable, hollow: unstable"
+    if dataset is not None:
+        caption(figure, dataset, text)
+    else:
+        figure.supxlabel(text, fontsize="x-small", color="0.3")
+    return figure
+
+
+def _stretch(strips):
+    """Factor of the heights: 1 unless the gap is too narrow to see."""
+    widest = max(float(strip.solution.H[0]) for strip in strips)
+    return 1 if widest > FLAT / 3 else round(FLAT / widest)
+
+
+def _draw_strip(ax, strip, stretch, largest):
+    """One strip between its walls, with contact points and the reactions of the walls."""
+    s = strip.solution
+    H, shape = float(s.H[0]) * stretch, s.shape(SAMPLES)
+    x, y = shape.x[0], shape.y[0] * stretch
+    thick = 0.18 * max(H, 0.05)
+    low, high = min(x.min(), 0) - 0.06, max(x.max(), 1) + 0.06
+    for side in (1, -1):
+        ax.add_patch(
+            Rectangle((low, side * H - (side < 0) * thick), high - low, thick, fc="0.85", ec="0.6", hatch="////", lw=0)
+        )
+        ax.plot([low, high], [side * H] * 2, color="0.35", lw=0.8, zorder=2)
+    ax.plot(x, y, color=colour(s.state.name), lw=3.2, solid_capstyle="butt", zorder=3)
+    if not strip.stable:
+        ax.plot(x, y, color="white", lw=1.6, zorder=3.1)
+    for contact, force in enumerate(s.reaction[0]):
+        at = s.contact_position[0, contact]
+        place = np.interp(at, shape.s, x), np.interp(at, shape.s, y)
+        side = np.sign(place[1]) or 1.0
+        ax.plot(*place, "o", ms=4.5, color="black", zorder=5)
+        if force > 0:
+            length = 1.5 * H * force / largest
+            ax.annotate(
+                "",
+                (place[0], place[1] - side * length),
+                place,
+                arrowprops={"arrowstyle": "-|>", "lw": 1.2, "color": "black", "shrinkA": 0, "shrinkB": 0},
+                zorder=4,
+            )
+    ax.set(xlim=(low, high), ylim=(-H - thick, H + thick), xticks=[], yticks=[], aspect="equal")
+    ax.spines[:].set_visible(False)
+    title = f"{s.state.name}   P = {float(s.P[0]):.4g},  ΔL = {float(s.shortening[0]):.4g}   {strip.verdict}"
+    ax.set_title(title, fontsize="small", loc="left")
+
+
+def film(points, path, control="P", frames_per_second=12):
+    """Write a film (GIF) of a strip along a path of equilibria, beside its load over its shortening.
+
+    Parameters
+    ----------
+    points : sequence of (float, float, str, str)
+        Control, H, state and ends of each frame.
+    path : str or Path
+        Ends in .gif.
+    control : str
+        What the first number of a point is, "P" or "shortening"; names of further roots count under it.
+    frames_per_second : float
+
+    Raises
+    ------
+    StudyError
+        If a state does not exist at its point, there is no point, or the ending is another.
+    """
+    path = Path(path)
+    if path.suffix.lower() != ".gif":
+        raise StudyError(f"{path}: a film is written as GIF; use the ending .gif")
+    strips = [Strip.at(*point, control=control) for point in points]
+    if not strips:
+        raise StudyError("a film needs at least one point")
+    figure = new_figure((7.0, 3.9))
+    ax, diagram = figure.subplots(2, 1, height_ratios=(1.2, 1))
+    stretch = _stretch(strips)
+    largest = max(np.nanmax(strip.solution.reaction, initial=0) for strip in strips) or 1.0
+    shortening, P = (np.array([float(getattr(s.solution, q)[0]) for s in strips]) for q in ("shortening", "P"))
+
+    def frame(number):
+        strip = strips[number]
+        ax.clear()
+        _draw_strip(ax, strip, stretch, largest)
+        diagram.clear()
+        diagram.plot(shortening, P, color="0.75", lw=1)
+        filled = colour(strip.solution.state.name) if strip.stable else "white"
+        diagram.plot(shortening[number], P[number], "o", mfc=filled, mec="black", ms=8)
+        diagram.set(xlabel="shortening  ΔL*/L", ylabel="thrust  P*L²/4π²EI")
+
+    animation = FuncAnimation(figure, frame, frames=len(strips))
+    animation.save(path, writer=PillowWriter(fps=frames_per_second), dpi=90)
