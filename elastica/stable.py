@@ -16,7 +16,7 @@ from elastica.states import parse_state
 from elastica.sweep import Table
 
 
-def stable_energy(state, P, H, ends="clamped-clamped"):
+def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped-clamped") -> np.ndarray:
     """Energy of a state where it is stable at given load.
 
     Parameters

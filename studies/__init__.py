@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from studies import plot as plot
     from studies.catalog import Catalog as Catalog
-    from studies.charts import chart as chart
     from studies.checking import check as check
     from studies.errors import StudyError as StudyError
     from studies.files import open as open
@@ -25,8 +25,8 @@ _HOME = {
     "run": "runner",
     "open": "files",
     "check": "checking",
-    "chart": "charts",
     "Catalog": "catalog",
+    "plot": "plot",
 }
 
 __all__ = sorted(_HOME)
@@ -36,4 +36,5 @@ def __getattr__(name: str) -> Any:
     """Import on first use: solving one state must not wait for dask, xarray and matplotlib."""
     if name not in _HOME:
         raise AttributeError(f"module 'studies' has no attribute {name!r}")
-    return getattr(import_module(f"studies.{_HOME[name]}"), name)
+    home = import_module(f"studies.{_HOME[name]}")
+    return home if name == _HOME[name] else getattr(home, name)

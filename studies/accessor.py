@@ -177,7 +177,7 @@ class Elastica:
 
     @property
     def plot(self) -> "Plot":
-        """Figures, as functions of the same name in `studies`: ``dataset.elastica.plot.chart()``."""
+        """Figures, as functions of the same name in `studies.plot`: ``dataset.elastica.plot.chart()``."""
         return Plot(self._dataset)
 
     def _variable(self, name: str) -> DataArray:
@@ -210,5 +210,13 @@ class Plot:
         self._dataset = dataset
 
     def chart(self, **options: Any) -> "Figure":
-        """Draw `studies.chart` of this dataset."""
-        return studies.chart(self._dataset, **options)
+        """Draw `studies.plot.chart` of this dataset."""
+        return studies.plot.chart(self._dataset, **options)
+
+    def bifurcation(self, **options: Any) -> "Figure":
+        """Draw `studies.plot.bifurcation` of this dataset."""
+        return studies.plot.bifurcation(self._dataset, **options)
+
+    def shapes(self, **options: Any) -> "Figure":
+        """Draw `studies.plot.shapes` of this dataset."""
+        return studies.plot.shapes(self._dataset, **options)

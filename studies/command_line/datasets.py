@@ -34,25 +34,66 @@ def check(file, sample):
 
 @main.command()
 @FILE
-@click.option("--kind", type=click.Choice(["chart"]), default="chart", show_default=True)
+@click.option(
+    "--kind", type=click.Choice(["chart", "bifurcation", "shapes"]), default="chart", show_default=True
+)
+@click.option("--show", help="Chart: stable, preferred, count or a variable; bifurcation: a quantity.")
+@click.option("--state", "states", multiple=True, help="State, or several; of a chart, whose variable.")
+@click.option("--H", "H", type=float, help="Half gap of a bifurcation diagram or of shapes.")
+@click.option("--P", "loads", type=float, multiple=True, help="Load of shapes, or several.")
+@click.option("--shortening", "shortenings", type=float, multiple=True, help="Or shortening of shapes.")
+@click.option("--ends", help="End condition of shapes.  [default: the first]")
 @click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
     help="PNG, PDF or SVG; default: beside the file.",
 )
-def plot(file, kind, output):
+def plot(file, kind, output, **options):
     """Draw a dataset."""
-    from studies.charts import save_chart
-    from studies.errors import StudyError
+    from studies import plot as figures
     from studies.files import identify
     from studies.files import open as open_dataset
 
-    output = output or file.with_suffix(".png")
-    if output.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise StudyError(f"{output}: the ending decides the format; use .png, .pdf or .svg")
+    arguments = _arguments(kind, options)
+    output = output or file.with_name(file.stem + f"-{kind}" * (kind != "chart") + ".png")
+    figures.style.format_of(output)
     writable(output)
     identify(file, read=("status", "stability"))
     with open_dataset(file) as dataset:
-        save_chart(dataset, output)
+        figures.save(getattr(figures, kind)(dataset, **arguments), output)
     click.echo(f"{output}")
+
+
+ARGUMENTS = {
+    "chart": {"show", "states"},
+    "bifurcation": {"show", "states", "H"},
+    "shapes": {"states", "H", "loads", "shortenings", "ends"},
+}
+
+
+def _arguments(kind, options):
+    """Arguments of a figure from the options given.
+
+    Raises
+    ------
+    StudyError
+        If an option has no meaning for this kind of figure.
+    """
+    from studies.errors import StudyError
+
+    given = {name: value for name, value in options.items() if value not in (None, ())}
+    foreign = sorted(given.keys() - ARGUMENTS[kind])
+    if foreign:
+        spelled = {"states": "state", "loads": "P", "shortenings": "shortening"}.get(foreign[0], foreign[0])
+        raise StudyError(f"--{spelled} has no meaning for --kind {kind}; leave it out")
+    prescribed = [given.pop(name) for name in ("loads", "shortenings") if name in given]
+    if len(prescribed) > 1:
+        raise StudyError("give either --P or --shortening, whichever is the axis of the dataset")
+    if prescribed:
+        given["given"] = prescribed[0]
+    if kind == "chart" and "states" in given:
+        if len(given["states"]) > 1:
+            raise StudyError("--state: a chart shows the variable of one state; give it once")
+        (given["state"],) = given.pop("states")
+    return given

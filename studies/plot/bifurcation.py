@@ -1,5 +1,8 @@
 """Bifurcation diagrams: the load over shortening, or another quantity, of all states at one gap."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 from matplotlib.lines import Line2D
 
@@ -21,6 +24,10 @@ from studies.plot.style import (
 )
 from studies.schema import control_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
 MARKERS = {
     Boundary.BUCKLES: "P",
     Boundary.WALL_TOUCHED: "o",
@@ -31,7 +38,12 @@ MARKERS = {
 ARROWS = {"P": ("black", "jump at given load"), "shortening": ("#b2182b", "jump at given shortening")}
 
 
-def bifurcation(dataset, H=None, show="shortening", states=None):
+def bifurcation(
+    dataset: "Dataset",
+    H: float | None = None,
+    show: str = "shortening",
+    states: Sequence[str] | None = None,
+) -> "Figure":
     """Draw the load over another quantity for all states at one gap, one panel for each end condition.
 
     Parameters

@@ -16,7 +16,7 @@ from studies.plot.reading import solves_exactly
 MOST_READ, SAMPLES = 400, 48
 SECTIONS, TIMES = 16, 4
 MOST_INDEX = 3
-"""Index from which on a branch is only followed through the grid, in pieces of that many directions or more."""
+"""Index from which on a branch is only followed through the grid, without narrowing down its cuts."""
 TOGETHER = 2e-3
 """Distance, as part of the diagram, at which branches meet."""
 QUANTITIES = ("P", "shortening", "curvature", "energy", "bending_energy", "reaction")
@@ -195,9 +195,8 @@ def jumps(pieces, control, prescribed):
     list of Jump
         To the stable state of least potential that is below that of the one lost; none where there is none.
     """
-    scale = {
-        q: max(np.ptp(np.concatenate([piece.values[q] for piece in pieces])), 1e-12) for q in ("P", "shortening")
-    }
+    values = {q: np.concatenate([piece.values[q] for piece in pieces]) for q in ("P", "shortening")}
+    scale = {q: max(np.ptp(each), 1e-12) for q, each in values.items()}
     runs = [run for piece in pieces for run in _runs(piece, piece.holds(control, prescribed))]
     lost = []
     for state, run, edges in runs:

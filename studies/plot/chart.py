@@ -6,7 +6,7 @@ shortening, and of a chain, every point of the picture takes what the nearest gr
 """
 
 from functools import partial
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -34,6 +34,10 @@ from studies.plot.regions import Plane, fill, log_spaced, sharpen
 from studies.plot.style import NONE, axis_label, caption, colour, end_conditions, ink, new_figure, require
 from studies.schema import VARIABLES, control_of
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
+
 TITLES = {"stable": "stable states", "preferred": "preferred state", "count": "number of stable states"}
 STRIPES = 28
 """Stripes across a panel where several states are stable."""
@@ -56,7 +60,7 @@ class Picture(NamedTuple):
     unknown: list
 
 
-def chart(dataset, show="stable", state=None):
+def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) -> "Figure":
     """Draw the plane of half gap and what is prescribed, one panel for each end condition.
 
     Parameters

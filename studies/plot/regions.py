@@ -1,8 +1,8 @@
 """Regions of the plane of gap and load in which a label holds, and their exact boundaries.
 
-A label is known at the grid points of a dataset. Between neighbours that agree it is theirs; between others it
-is asked of the solver, on a grid that is halved until it is as fine as a picture. Then each place where the
-label changes is narrowed down along the line of the grid on which it lies.
+A label is known at the grid points of a dataset. Between neighbours that agree it is theirs; between others
+it is asked of the solver, on a grid that is halved until it is as fine as a picture. Then each place where
+the label changes is narrowed down along the line of the grid on which it lies.
 """
 
 from typing import NamedTuple
@@ -16,7 +16,7 @@ FINE = (200, 400)
 TRACED = (140, 280)
 """Lines of the grid on which boundaries are traced."""
 SECTIONS, TIMES = 16, 5
-"""Parts into which the place of a boundary is divided, and how often: one call costs as much as many points."""
+"""Parts into which the way across a boundary is divided, and how often: calls are dear, points are cheap."""
 
 
 class Plane(NamedTuple):
@@ -104,9 +104,7 @@ def trace(H, given, inside, decide):
         # The first step at which the condition has ceased to hold.
         over = 1 + np.where(holds.all(axis=0), SECTIONS - 1, holds.argmin(axis=0))
         within, beyond = steps[:, over - 1, columns], steps[:, over, columns]
-    return list(
-        zip(*(np.split(values, ends, axis=-1) for values in (within, beyond, edge)), strict=True)
-    )
+    return list(zip(*(np.split(values, ends, axis=-1) for values in (within, beyond, edge)), strict=True))
 
 
 def _spread(count, most):

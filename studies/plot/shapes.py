@@ -1,7 +1,8 @@
 """Strips between their walls, drawn to scale with contacts and reactions; and films along a loading path."""
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
@@ -13,6 +14,10 @@ from studies.errors import StudyError
 from studies.plot.bifurcation import nearest_label
 from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
 from studies.schema import control_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from xarray import Dataset
 
 SAMPLES = 301
 MOST_STRIPS, ALONG = 12, 6
@@ -40,7 +45,8 @@ class Strip(NamedTuple):
         except ValueError as problem:
             raise StudyError(str(problem)) from None
         if solution.status[0] not in (Status.SOLVED, Status.INADMISSIBLE):
-            raise StudyError(f"state = {state!r} has no equilibrium at {control} = {given:g}, H = {H:g} ({ends})")
+            where = f"{control} = {given:g}, H = {H:g} ({ends})"
+            raise StudyError(f"state = {state!r} has no equilibrium at {where}; choose another point")
         return cls(solution)
 
     @property
@@ -56,7 +62,13 @@ class Strip(NamedTuple):
         return self.solution.stability[0] == Stability.STABLE
 
 
-def shapes(dataset, H=None, given=None, states=None, ends=None):
+def shapes(
+    dataset: "Dataset",
+    H: float | None = None,
+    given: float | Sequence[float] | None = None,
+    states: Sequence[str] | None = None,
+    ends: str | None = None,
+) -> "Figure":
     """Draw strips at chosen points, each between its walls.
 
     Parameters
@@ -119,9 +131,11 @@ def _points(panel, control, given, states):
         most = np.flatnonzero(count == count.max())
         rows = [int(most[most.size // 2])]
     points = [
-        (float(labels[row]), state) for row in rows for state in (states or _stable_first(panel, row, control, names))
+        (float(labels[row]), state)
+        for row in rows
+        for state in states or _stable_first(panel, row, control, names)
+        if solved[row, names.index(state)]
     ]
-    points = [point for point in points if solved[np.searchsorted(labels, point[0]), names.index(point[1])]]
     if not points:
         raise StudyError(
             f"no state is solved at H = {float(panel['H']):g}, {control} = "
@@ -143,7 +157,7 @@ def draw(strips, dataset=None, where=""):
     rows = -(-len(strips) // 2)
     stretch = _stretch(strips)
     tall = stretch * max(float(strip.solution.H[0]) for strip in strips)
-    figure = new_figure((9.5, 0.9 + rows * (0.75 + 9.5 * tall)))
+    figure = new_figure((9.5, 0.9 + rows * (0.45 + 9.5 * tall)))
     axes = figure.subplots(rows, min(2, len(strips)), squeeze=False).ravel()
     for unused in axes[len(strips) :]:
         unused.remove()
@@ -174,11 +188,11 @@ def _draw_strip(ax, strip, stretch, largest):
     thick = 0.18 * max(H, 0.05)
     low, high = min(x.min(), 0) - 0.06, max(x.max(), 1) + 0.06
     for side in (1, -1):
-        ax.add_patch(
-            Rectangle((low, side * H - (side < 0) * thick), high - low, thick, fc="0.85", ec="0.6", hatch="////", lw=0)
-        )
+        corner = low, side * H - (side < 0) * thick
+        ax.add_patch(Rectangle(corner, high - low, thick, fc="0.85", ec="0.6", hatch="////", lw=0))
         ax.plot([low, high], [side * H] * 2, color="0.35", lw=0.8, zorder=2)
-    ax.plot(x, y, color=colour(s.state.name), lw=3.2, solid_capstyle="butt", zorder=3)
+    ax.plot(x, y, color="0.25", lw=4.2, solid_capstyle="butt", zorder=2.9)
+    ax.plot(x, y, color=colour(s.state.name), lw=3.4, solid_capstyle="butt", zorder=3)
     if not strip.stable:
         ax.plot(x, y, color="white", lw=1.6, zorder=3.1)
     for contact, force in enumerate(s.reaction[0]):
@@ -201,7 +215,12 @@ def _draw_strip(ax, strip, stretch, largest):
     ax.set_title(title, fontsize="small", loc="left")
 
 
-def film(points, path, control="P", frames_per_second=12):
+def film(
+    points: Iterable[tuple[float, float, str, str]],
+    path: str | Path,
+    control: str = "P",
+    frames_per_second: float = 12,
+) -> None:
     """Write a film (GIF) of a strip along a path of equilibria, beside its load over its shortening.
 
     Parameters
@@ -229,7 +248,9 @@ def film(points, path, control="P", frames_per_second=12):
     ax, diagram = figure.subplots(2, 1, height_ratios=(1.2, 1))
     stretch = _stretch(strips)
     largest = max(np.nanmax(strip.solution.reaction, initial=0) for strip in strips) or 1.0
-    shortening, P = (np.array([float(getattr(s.solution, q)[0]) for s in strips]) for q in ("shortening", "P"))
+    shortening, P = (
+        np.array([float(getattr(s.solution, q)[0]) for s in strips]) for q in ("shortening", "P")
+    )
 
     def frame(number):
         strip = strips[number]

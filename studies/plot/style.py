@@ -34,7 +34,24 @@ COLOURS = {
     "UDUD-": "#006d4a",
 }
 """Light and dark alternate along the sequence of stable states, pale ones among those with a contact more."""
-OTHERS = ("#882255", "#44aa99", "#ddcc77", "#332288", "#aa4499", "#117733", "#88ccee", "#d55e00", "#737373")
+OTHERS = (
+    "#882255",
+    "#44aa99",
+    "#ddcc77",
+    "#332288",
+    "#aa4499",
+    "#117733",
+    "#88ccee",
+    "#d55e00",
+    "#737373",
+    "#b15928",
+    "#6a51a3",
+    "#41ab5d",
+    "#fb9a99",
+    "#2c7fb8",
+    "#bcbd22",
+    "#525252",
+)
 NONE = "#ffffff"
 """Where no state is stable."""
 
@@ -126,13 +143,27 @@ def new_figure(size):
 def caption(figure, dataset, *parameters):
     """Title of the dataset over the figure, and below it what its numbers mean and where they are from."""
     figure.suptitle(dataset.attrs.get("title") or dataset.attrs.get("id", ""), fontsize="medium")
-    source = ", ".join(
-        f"{name} {dataset.attrs[key]}" for name, key in (("data", "id"), ("study", "study_id")) if key in dataset.attrs
-    )
-    figure.supxlabel("\n".join(part for part in (*parameters, source) if part), fontsize="x-small", color="0.3")
+    names = (("data", "id"), ("study", "study_id"))
+    source = ", ".join(f"{name} {dataset.attrs[key]}" for name, key in names if key in dataset.attrs)
+    lines = [part for part in (*parameters, source) if part]
+    figure.supxlabel("\n".join(lines), fontsize="x-small", color="0.3")
 
 
-def save(figure, path):
+def format_of(path):
+    """PNG, PDF or SVG, by the ending of a path.
+
+    Raises
+    ------
+    StudyError
+        If the ending is another.
+    """
+    ending = Path(path).suffix.lower()
+    if ending not in (".png", ".pdf", ".svg"):
+        raise StudyError(f"{path}: the ending decides the format; use .png, .pdf or .svg")
+    return ending[1:]
+
+
+def save(figure: Figure, path: str | Path) -> None:
     """Write a figure as PNG, PDF or SVG, by the ending; letters stay letters.
 
     Parameters
@@ -145,11 +176,8 @@ def save(figure, path):
     StudyError
         If the ending is another.
     """
-    path = Path(path)
-    if path.suffix.lower() not in (".png", ".pdf", ".svg"):
-        raise StudyError(f"{path}: the ending decides the format; use .png, .pdf or .svg")
     with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=200)
+        figure.savefig(path, dpi=200, format=format_of(path))
 
 
 def end_conditions(dataset):

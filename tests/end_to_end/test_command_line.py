@@ -5,9 +5,7 @@ import os
 import subprocess
 import sys
 
-import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 from matplotlib.image import imread
 
@@ -210,54 +208,6 @@ def test_terminate_stops_cleanly_and_the_same_command_goes_on(tmp_path, dataset_
     assert not list(shards.glob(".*"))
     assert list(shards.glob("0*.nc"))
     assert not (tmp_path / "small.nc").exists()
-
-
-def test_the_chart_shows_the_stable_states(dataset_file):
-    import studies
-
-    with studies.open(dataset_file) as dataset:
-        figure = studies.chart(dataset)
-    axes = figure.axes
-    assert [ax.get_title() for ax in axes] == ["clamped-clamped", "clamped-pinned"]
-    legend = {text.get_text() for text in figure.legends[0].get_texts()}
-    assert {"0", "U", "point becomes line", "flat stretch buckles"} <= legend
-    from elastica.onsets import loads
-
-    curve = {line.get_label(): line for line in axes[0].get_lines()}["point becomes line"]
-    H, P = curve.get_data()
-    assert np.allclose(P, loads("point_to_line", H))
-
-
-def test_the_regions_of_a_chart_end_at_the_exact_loads(dataset_file):
-    """A picture point a hair below the line transition shows U, a hair above it does not."""
-    from elastica.onsets import loads
-    from studies.charts import _curves, _sharpen, _stable_sets
-
-    with xr.open_dataset(dataset_file) as dataset:
-        panel = dataset.isel(ends=0).load()
-    H, P = panel["H"].values, panel["P"].values
-    load = float(loads("point_to_line", 0.12))
-    fine_H, fine_P = np.array([0.1199, 0.12, 0.1201]), np.array([load - 0.01, load + 0.01])
-    states = [str(name) for name in panel["state"].values]
-    curves = _curves("clamped-clamped", fine_H, states)
-    known = (_stable_sets(panel), fine_H, fine_P, curves, "clamped-clamped", [*states, "B1"])
-    assert _sharpen(H, P, *known)[1].tolist() == ["U", "none"]
-
-
-def test_a_zone_too_thin_for_the_grid_is_solved(dataset_file):
-    """Between the Euler load and the touching load, where no grid point lies, B1 is stable."""
-    from elastica.onsets import loads
-    from studies.charts import _picture
-
-    with xr.open_dataset(dataset_file) as dataset:
-        panel = dataset.isel(ends=0).load()
-    assert "B1" not in panel["state"].values
-    with_b1 = panel.reindex(state=[*panel["state"].values, "B1"], fill_value=-1)
-    picture = _picture(with_b1, "P")
-    column = np.abs(picture.H - 0.2).argmin()
-    inside = (picture.given > 1) & (picture.given < loads("touches", picture.H[column]))
-    assert inside.any()
-    assert set(picture.names[column, inside]) == {"B1"}
 
 
 def test_read_only_folder_is_refused(toml, tmp_path, monkeypatch):

@@ -81,7 +81,7 @@ def test_check_solves_again(short_file, tmp_path):
 
 
 def test_the_chart_has_the_shortening_as_its_axis_and_no_curves_of_load_control(dataset):
-    (ax,) = studies.chart(dataset).axes
+    (ax,) = studies.plot.chart(dataset).axes
     assert ax.get_ylabel().startswith("shortening")
     assert ax.get_ylim() == pytest.approx((0, 0.12))
     assert ax.get_lines() == []

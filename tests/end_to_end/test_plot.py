@@ -1,0 +1,296 @@
+"""Figures contain what they claim: curves and arrows at the right loads, colours by state, strips that touch."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from matplotlib.colors import to_hex, to_rgb
+from matplotlib.testing.compare import compare_images
+
+import elastica
+import studies
+from elastica.onsets import loads
+from elastica.stable import stable_energy
+from studies import Study, StudyError
+from studies.command_line import main
+from studies.plot.branches import branches, jumps
+from studies.plot.shapes import Strip
+from studies.plot.style import COLOURS, OTHERS, colour
+
+CC, PP = "clamped-clamped", "pinned-pinned"
+BASELINES = Path(__file__).parents[1] / "figures"
+SMALL = {
+    "study": {"name": "figures"},
+    "grid": {
+        "ends": [CC, PP],
+        "H": {"start": 0.04, "stop": 0.12, "num": 5},
+        "P": {"start": 0.2, "stop": 6.0, "num": 15},
+    },
+    "states": {"names": ["0", "B1", "U", "Ua", "U-", "UD"]},
+}
+
+
+@pytest.fixture(scope="module")
+def file(computed):
+    return computed(Study.from_dict(SMALL))
+
+
+@pytest.fixture(scope="module")
+def dataset(file):
+    with studies.open(file) as opened:
+        yield opened.load()
+
+
+@pytest.fixture(scope="module")
+def chart(dataset):
+    return studies.plot.chart(dataset)
+
+
+def curves(ax):
+    """H and P of all curves of a panel, by their labels."""
+    found = {}
+    for line in ax.get_lines():
+        found.setdefault(line.get_label(), []).append(line.get_xydata())
+    return {label: np.concatenate(parts) for label, parts in found.items()}
+
+
+@pytest.mark.parametrize(
+    ("panel", "label", "event"),
+    [
+        (0, "straight strip buckles", "buckles"),
+        (0, "point becomes line", "point_to_line"),
+        (1, "point becomes line", "point_to_line"),
+        (1, "flat stretch buckles", "flat_buckles"),
+    ],
+)
+def test_curves_of_a_chart_lie_at_the_exact_loads(chart, panel, label, event):
+    H, P = curves(chart.axes[panel])[label].T
+    exact = loads(event, H, (CC, PP)[panel])
+    own = np.abs(P / exact - 1) < 0.2
+    assert own.sum() > 50
+    # Along the grid lines of constant H the load is sought, along the others the gap.
+    assert np.abs(P[own] / exact[own] - 1).max() < 1e-6
+
+
+def test_a_curve_that_bounds_two_states_is_drawn_once(chart):
+    """Pinned, the point that becomes a line is the end of U and the beginning of U-."""
+    H, P = curves(chart.axes[1])["point becomes line"].T
+    low = P < 1.1
+    assert np.unique(H[low]).size > 0.8 * low.sum()
+
+
+def test_regions_end_at_the_curves(chart):
+    """Every point of the picture has the colour of what is stable there, also between the grid points."""
+    mesh = chart.axes[0].collections[0]
+    H, P = (centres(mesh.get_coordinates()[..., axis], axis) for axis in (0, 1))
+    pick = np.random.default_rng(4)
+    rows, columns = pick.integers(0, P.size, 60), pick.integers(0, H.size, 60)
+    near = np.abs(P[rows] - 1.01) < 0.1
+    seen = mesh.get_array()[rows, columns]
+    for at in np.flatnonzero(~near):
+        place = {"P": np.array([P[rows[at]]]), "H": np.array([H[columns[at]]])}
+        names = [
+            str(name)
+            for name in SMALL["states"]["names"]
+            if np.isfinite(stable_energy(name, **place, ends=CC))[0]
+        ]
+        allowed = [to_rgb(colour(name)) for name in names] or [(1.0, 1.0, 1.0)]
+        assert any(np.allclose(seen[at], shade) for shade in allowed), (place, names)
+
+
+def centres(edges, axis):
+    edges = edges[0] if axis == 0 else edges[:, 0]
+    return (edges[1:] + edges[:-1]) / 2
+
+
+def test_a_zone_thinner_than_the_grid_is_found(chart):
+    """B1 is stable between its Euler load and the wall, less than a step of the grid apart."""
+    mesh = chart.axes[0].collections[0]
+    painted = mesh.get_array().reshape(-1, 3)
+    assert np.isclose(painted, to_rgb(colour("B1"))).all(axis=1).any()
+    assert "B1" in {text.get_text() for text in chart.legends[0].get_texts()}
+
+
+def test_preferred_states_meet_at_equal_energy(dataset):
+    figure = studies.plot.chart(dataset, show="preferred")
+    H, P = curves(figure.axes[0])["equal energy"].T
+    energies = [stable_energy(name, P, H) for name in ("U", "UD")]
+    assert np.nanmax(np.abs(energies[0] / energies[1] - 1)) < 1e-6
+
+
+def test_counts_and_variables_are_drawn(dataset):
+    counted = studies.plot.chart(dataset, show="count").axes[0].collections[0].get_array()
+    assert counted.max() == 2
+    figure = studies.plot.chart(dataset, show="shortening", state="U")
+    values = figure.axes[0].collections[0].get_array()
+    stored = dataset["shortening"].sel(state="U").where(dataset["status"].sel(state="U") == 0)
+    assert values.max() == pytest.approx(float(stored.max()), rel=1e-9)
+
+
+def test_a_state_keeps_its_colour(chart, dataset):
+    handles = {text.get_text(): patch for text, patch in legend(chart)}
+    for name in ("0", "U", "U-", "UD"):
+        assert to_hex(handles[name].get_facecolor()) == COLOURS[name]
+    diagram = studies.plot.bifurcation(dataset, H=0.06)
+    drawn = {line.get_label(): line.get_color() for line in diagram.axes[0].get_lines()}
+    assert drawn["U"] == COLOURS["U"]
+    assert colour("UDUDa") in OTHERS
+    assert colour("UD:3") == colour("UD")
+
+
+def legend(figure):
+    (only,) = figure.legends
+    return zip(only.get_texts(), only.legend_handles, strict=True)
+
+
+def test_neighbouring_colours_differ_in_grey():
+    def grey(name):
+        return np.dot(to_rgb(COLOURS[name]), (0.299, 0.587, 0.114))
+
+    for sequence in (("0", "B1", "U", "U-"), ("U", "UD"), ("U-", "UD-"), ("UD", "UDU")):
+        for one, other in zip(sequence, sequence[1:], strict=False):
+            assert abs(grey(one) - grey(other)) > 0.12, (one, other)
+
+
+def test_branches_end_at_the_exact_loads(dataset):
+    pieces = branches(dataset.isel(ends=0).sel(H=0.1), "P")
+    (stable,) = (p for p in pieces if p.state == "U" and p.index == 0)
+    assert stable.values["P"][[0, -1]] == pytest.approx([1.0127127055026, 3.9378211842362], abs=1e-5)
+    assert [event.name for event in stable.events] == ["WALL_TOUCHED", "POINT_TO_LINE"]
+    again = elastica.solve("U", P=stable.values["P"], H=0.1)
+    assert stable.values["shortening"] == pytest.approx(again.shortening, rel=1e-12)
+
+
+def test_jumps_leave_where_the_state_is_lost(computed):
+    """Clamped, H = 0.05: U is lost at the line under load; its asymmetric form at its least shortening."""
+    content = SMALL | {"grid": {"ends": [CC], "H": [0.05], "P": {"start": 0.2, "stop": 6.0, "num": 40}}}
+    with studies.open(computed(Study.from_dict(content))) as single:
+        pieces = branches(single.isel(ends=0, H=0).load(), "P")
+        figure = studies.plot.bifurcation(single)
+    under_load = {jump.state: jump for jump in jumps(pieces, "P", "P")}
+    assert under_load["U"].other_state == "UD"
+    assert under_load["U"].start["P"] == pytest.approx(3.984869364, abs=1e-5)
+    assert under_load["U"].stop["P"] == pytest.approx(under_load["U"].start["P"])
+    held = {jump.state: jump for jump in jumps(pieces, "shortening", "P")}
+    assert (held["Ua"].other_state, held["U"].other_state) == ("U", "Ua")
+    assert held["Ua"].start["shortening"] == pytest.approx(0.007386777, rel=1e-4)
+    assert held["U"].start["shortening"] == pytest.approx(under_load["U"].start["shortening"], rel=1e-5)
+    drawn = {text.get_gid(): text for text in figure.axes[0].texts}
+    arrow = drawn["P U UD"]
+    assert arrow.xyann[1] == pytest.approx(3.984869364, abs=1e-5)
+    assert arrow.xy[0] == pytest.approx(
+        float(elastica.solve("UD", P=3.984869364, H=0.05).shortening), rel=1e-3
+    )
+
+
+def test_strips_touch_the_walls_where_the_reactions_push(dataset):
+    figure = studies.plot.shapes(dataset, H=0.1, given=3.1, states=["U", "UD"])
+    assert [ax.get_title("left").split()[0] for ax in figure.axes] == ["U", "UD"]
+    ax = figure.axes[1]
+    dots = np.array([line.get_xydata()[0] for line in ax.get_lines() if line.get_marker() == "o"])
+    assert dots[:, 1] == pytest.approx([0.1, -0.1], abs=1e-4)
+    P = dataset["P"].sel(P=3.1, method="nearest")
+    reaction = elastica.solve("UD", P=P, H=0.1).reaction
+    arrows = [text.xyann[1] - text.xy[1] for text in ax.texts]
+    assert np.sign(arrows).tolist() == [1, -1]
+    assert np.abs(arrows) == pytest.approx(0.15 * reaction / reaction.max(), rel=1e-6)
+
+
+def test_unstable_strips_are_hollow(dataset):
+    figure = studies.plot.shapes(dataset, H=0.1, states=["Ua"])
+    assert len(figure.axes) > 2
+    for ax in figure.axes:
+        assert "unstable, index 1" in ax.get_title("left")
+        assert "white" in {line.get_color() for line in ax.get_lines()}
+
+
+def test_a_film_has_a_frame_for_each_point(tmp_path):
+    from PIL import Image
+
+    points = [(2.0, 0.1, "U", CC), (3.9, 0.1, "U", CC), (3.9, 0.1, "UD", CC)]
+    studies.plot.film(points, tmp_path / "jump.gif")
+    with Image.open(tmp_path / "jump.gif") as image:
+        assert image.n_frames == 3
+    assert Strip.at(*points[2]).stable
+    with pytest.raises(StudyError, match="no equilibrium"):
+        studies.plot.film([(9.9, 0.2, "UDU", CC)], tmp_path / "none.gif")
+
+
+@pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
+def test_figures_look_as_they_did(kind, dataset, tmp_path, chart):
+    """Up to fonts; where a change is meant, the new picture is beside the old one after the test has failed."""
+    figure = chart if kind == "chart" else getattr(studies.plot, kind)(dataset, H=0.1)
+    figure.savefig(tmp_path / f"{kind}.png", dpi=50)
+    expected = shutil.copy(BASELINES / f"{kind}.png", tmp_path / f"{kind}-expected.png")
+    assert compare_images(expected, tmp_path / f"{kind}.png", tol=12) is None
+
+
+def plotted(*arguments):
+    return CliRunner().invoke(main, ["plot", *map(str, arguments)])
+
+
+def test_letters_stay_letters(file, tmp_path):
+    result = plotted(file, "--kind", "shapes", "--H", 0.1, "--P", 3, "--state", "U", "-o", tmp_path / "u.svg")
+    assert result.exit_code == 0, result.output
+    drawing = (tmp_path / "u.svg").read_text()
+    assert "<text" in drawing
+    assert "longest arrow" in drawing
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--show", "colour"], "use stable, preferred, count or one of"),
+        (["--show", "energy"], "state = None is none of the dataset's"),
+        (["--show", "energy", "--state", "UDU"], "name one of 0"),
+        (["--P", "3"], "--P has no meaning for --kind chart"),
+        (["--kind", "shapes", "--H", "0.4"], "H = 0.4 is not in the dataset"),
+        (["--kind", "shapes", "--ends", "clamped-pinned"], "is none of the dataset's"),
+        (["--kind", "shapes", "--state", "U", "--P", "0.2"], "no state is solved at H"),
+        (["--kind", "bifurcation", "--show", "P"], "use shortening"),
+        (["-o", "picture.bmp"], "use .png, .pdf or .svg"),
+    ],
+)
+def test_mistakes_are_one_sentence(file, arguments, message):
+    result = plotted(file, *arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+    assert len(result.output.strip().splitlines()) == 1
+
+
+def test_half_a_dataset_is_drawn_as_far_as_it_goes(dataset):
+    with pytest.raises(StudyError, match="no variable 'stability'"):
+        studies.plot.chart(dataset.drop_vars("stability"))
+    with pytest.raises(StudyError, match="no variable 'preferred_state'"):
+        studies.plot.chart(dataset.drop_vars("preferred_state"), show="preferred")
+    assert len(studies.plot.chart(dataset.drop_vars(["energy", "preferred_state"])).axes) == 2
+    half = dataset.copy(deep=True)
+    half["status"].loc[{"state": ["U-", "UD"]}] = -1
+    figure = studies.plot.chart(half)
+    assert "not computed in this dataset: U-, UD" in figure.get_supxlabel()
+    assert len(studies.plot.bifurcation(half.drop_vars(["energy", "stability"]), H=0.1).axes) == 2
+
+
+def test_points_that_were_not_computed_take_the_nearest(dataset):
+    thinned = dataset.copy(deep=True)
+    thinned["status"][:, :, 5::7] = -1
+    whole, holes = (studies.plot.chart(one).axes[0].collections[0].get_array() for one in (dataset, thinned))
+    assert np.isclose(whole, holes).all(axis=-1).mean() > 0.97
+
+
+def test_at_given_shortening_nothing_is_solved_again(computed, monkeypatch):
+    content = {
+        "study": {"name": "held"},
+        "grid": {"ends": [CC], "H": [0.05, 0.1], "shortening": [0.01, 0.02, 0.03, 0.04, 0.05]},
+        "states": {"names": ["B1", "U", "Ua"]},
+    }
+    with studies.open(computed(Study.from_dict(content))) as held:
+        chart = studies.plot.chart(held)
+        assert "nearest grid point" in chart.get_supxlabel()
+        assert not chart.axes[0].get_lines()
+        diagram = studies.plot.bifurcation(held, H=0.1)
+        assert any(line.get_label() == "U" for line in diagram.axes[0].get_lines())
+        assert isinstance(held, xr.Dataset)
