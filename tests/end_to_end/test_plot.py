@@ -1,6 +1,7 @@
-"""Figures contain what they claim: curves and arrows at the right loads, colours by state, strips that touch."""
+"""Figures contain what they claim: curves and arrows at the right loads, colours by state, strips at walls."""
 
 import shutil
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -115,13 +116,14 @@ def test_a_zone_thinner_than_the_grid_is_found(chart):
 
 
 def test_preferred_states_meet_at_equal_energy(dataset):
-    figure = studies.plot.chart(dataset, show="preferred")
+    figure = studies.plot.chart(dataset.isel(ends=[0]), show="preferred")
     H, P = curves(figure.axes[0])["equal energy"].T
     energies = [stable_energy(name, P, H) for name in ("U", "UD")]
     assert np.nanmax(np.abs(energies[0] / energies[1] - 1)) < 1e-6
 
 
 def test_counts_and_variables_are_drawn(dataset):
+    dataset = dataset.isel(ends=[0])
     counted = studies.plot.chart(dataset, show="count").axes[0].collections[0].get_array()
     assert counted.max() == 2
     figure = studies.plot.chart(dataset, show="shortening", state="U")
@@ -151,7 +153,7 @@ def test_neighbouring_colours_differ_in_grey():
         return np.dot(to_rgb(COLOURS[name]), (0.299, 0.587, 0.114))
 
     for sequence in (("0", "B1", "U", "U-"), ("U", "UD"), ("U-", "UD-"), ("UD", "UDU")):
-        for one, other in zip(sequence, sequence[1:], strict=False):
+        for one, other in pairwise(sequence):
             assert abs(grey(one) - grey(other)) > 0.12, (one, other)
 
 
@@ -221,7 +223,7 @@ def test_a_film_has_a_frame_for_each_point(tmp_path):
 
 @pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
 def test_figures_look_as_they_did(kind, dataset, tmp_path, chart):
-    """Up to fonts; where a change is meant, the new picture is beside the old one after the test has failed."""
+    """Up to fonts. Where a change is meant, the new picture stands in pytest's folder of this test."""
     figure = chart if kind == "chart" else getattr(studies.plot, kind)(dataset, H=0.1)
     figure.savefig(tmp_path / f"{kind}.png", dpi=50)
     expected = shutil.copy(BASELINES / f"{kind}.png", tmp_path / f"{kind}-expected.png")
@@ -266,18 +268,18 @@ def test_half_a_dataset_is_drawn_as_far_as_it_goes(dataset):
         studies.plot.chart(dataset.drop_vars("stability"))
     with pytest.raises(StudyError, match="no variable 'preferred_state'"):
         studies.plot.chart(dataset.drop_vars("preferred_state"), show="preferred")
-    assert len(studies.plot.chart(dataset.drop_vars(["energy", "preferred_state"])).axes) == 2
-    half = dataset.copy(deep=True)
-    half["status"].loc[{"state": ["U-", "UD"]}] = -1
+    half = dataset.isel(ends=[1]).drop_vars(["energy", "preferred_state"])
+    half["status"] = half["status"].where(~half["state"].isin(["U-", "UD"]), -1)
     figure = studies.plot.chart(half)
     assert "not computed in this dataset: U-, UD" in figure.get_supxlabel()
-    assert len(studies.plot.bifurcation(half.drop_vars(["energy", "stability"]), H=0.1).axes) == 2
+    assert len(studies.plot.bifurcation(half.drop_vars("stability"), H=0.1).axes) == 1
 
 
-def test_points_that_were_not_computed_take_the_nearest(dataset):
-    thinned = dataset.copy(deep=True)
+def test_points_that_were_not_computed_take_the_nearest(dataset, chart):
+    thinned = dataset.isel(ends=[0]).copy(deep=True)
     thinned["status"][:, :, 5::7] = -1
-    whole, holes = (studies.plot.chart(one).axes[0].collections[0].get_array() for one in (dataset, thinned))
+    whole = chart.axes[0].collections[0].get_array()
+    holes = studies.plot.chart(thinned).axes[0].collections[0].get_array()
     assert np.isclose(whole, holes).all(axis=-1).mean() > 0.97
 
 
