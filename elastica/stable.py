@@ -38,7 +38,7 @@ def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped
     Examples
     --------
     >>> stable_energy("U", P=np.array([0.5, 2.0, 5.0]), H=np.full(3, 0.1)).round(6)
-    array([      nan, -0.026763,       nan])
+    array([      nan, -0.025394,       nan])
     """
     ends = parse_ends(ends)
     parsed = parse_state(state, ends)

@@ -83,7 +83,7 @@ def bifurcation(
     axes = figure.subplots(-(-len(panels) // 2), min(len(panels), 2), squeeze=False).ravel()
     for unused in axes[len(panels) :]:
         unused.remove()
-    handles = {}
+    handles: dict[tuple[int, str], Line2D] = {}
     for ax, panel in zip(axes, panels, strict=False):
         pieces = branches(panel, control)
         if not pieces:
@@ -142,10 +142,10 @@ def _draw(ax, pieces, show, control, handles):
     """Draw the branches of one panel; `handles` collects its legend: states, verdicts, events, jumps."""
     for piece in sorted(pieces, key=lambda piece: piece.stability == Stability.STABLE):
         stable = piece.stability == Stability.STABLE
-        far = piece.index >= MOST_INDEX
+        far = piece.negative >= MOST_INDEX
         look = {
             "color": colour(piece.state),
-            "ls": verdict_line(piece.stability, piece.index),
+            "ls": verdict_line(piece.stability, piece.negative),
             "lw": 2.4 if stable else 0.6 if far else 1.2,
         }
         x, P = piece.values[show], piece.values["P"]
@@ -153,7 +153,7 @@ def _draw(ax, pieces, show, control, handles):
         name = piece.state.partition(":")[0]
         if not far:
             handles.setdefault((0, name), Line2D([], [], color=colour(name), lw=2.4, label=name))
-        verdict = verdict_name(piece.stability, piece.index)
+        verdict = verdict_name(piece.stability, piece.negative)
         handles.setdefault(
             (1, verdict), Line2D([], [], color="0.3", ls=look["ls"], lw=look["lw"], label=verdict)
         )

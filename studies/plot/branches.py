@@ -29,8 +29,8 @@ class Piece(NamedTuple):
     Attributes
     ----------
     state : str
-    index, stability : int
-        Under the control of the dataset.
+    negative, stability : int
+        Index and verdict under the control of the dataset.
     events : tuple
         `Boundary` at its first and last point, None at the ends of the grid.
     values : dict of str to ndarray, shape (n,)
@@ -38,7 +38,7 @@ class Piece(NamedTuple):
     """
 
     state: str
-    index: int
+    negative: int
     stability: int
     events: tuple
     values: dict
@@ -53,7 +53,7 @@ class Piece(NamedTuple):
             return np.full(P.size, self.stability == Stability.STABLE)
         along = np.arange(P.size)
         falls = np.gradient(shortening, along) * np.gradient(P, along) < 0
-        return self.index + (falls if control == "P" else -falls.astype(int)) == 0
+        return self.negative + (falls if control == "P" else -falls.astype(int)) == 0
 
 
 class Jump(NamedTuple):

@@ -219,7 +219,7 @@ def film(
     points: Iterable[tuple[float, float, str, str]],
     path: str | Path,
     control: str = "P",
-    frames_per_second: float = 12,
+    frames_per_second: int = 12,
 ) -> None:
     """Write a film (GIF) of a strip along a path of equilibria, beside its load over its shortening.
 
@@ -231,7 +231,7 @@ def film(
         Ends in .gif.
     control : str
         What the first number of a point is, "P" or "shortening"; names of further roots count under it.
-    frames_per_second : float
+    frames_per_second : int
 
     Raises
     ------
