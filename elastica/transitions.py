@@ -43,8 +43,8 @@ LARGEST_P = 100.0
 ASIDE = 1e-3
 """Part of t and of its interval by which a state is looked at beside an event: next to a fold its two roots
 must be told apart."""
-NEXT_TO = 1e-7
-"""Relative distance in load or shortening at which what is met is looked up."""
+NEXT_TO = 1e-9
+"""Relative distance in load at which what is met is looked up: at narrow gaps shapes change fast with it."""
 
 
 class Event(IntEnum):
