@@ -10,7 +10,7 @@ import studies.accessor
 
 PUBLIC = {
     f"{package.__name__}.{name}": getattr(package, name)
-    for package in (elastica, studies)
+    for package in (elastica, studies, studies.plot)
     for name in package.__all__
 } | {"accessor": studies.accessor.Elastica, "plot": studies.accessor.Plot}
 ROOT = Path(__file__).parents[2]
