@@ -30,7 +30,7 @@ from studies.plot.reading import (
     stable_sets,
     state_variable,
 )
-from studies.plot.regions import Plane, fill, log_spaced, sharpen
+from studies.plot.regions import Plane, fill, log_spaced, sharpen, spread
 from studies.plot.style import NONE, axis_label, caption, colour, end_conditions, ink, new_figure, require
 from studies.schema import VARIABLES, control_of
 
@@ -133,6 +133,8 @@ def _regions(grid, show, exact):
         for k, name in enumerate(names):
             curves.append((name, plane.labels >> k & 1 == 1, partial(_has, decide, 1 << k)))
         curves = curves_between(plane, curves, grid.ends)
+    else:
+        plane = spread(plane)
     labels = plane.labels
     if show == "count":
         labels = np.bitwise_count(labels.astype(np.uint64)).astype(int)

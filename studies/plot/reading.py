@@ -119,12 +119,15 @@ def preferred_bits(grid, names):
 
 def solves_exactly(dataset):
     """Whether points between those of the grid can be solved quickly: by the exact method, at given loads."""
-    if "shortening" in dataset.sizes:
-        return False
+    return "shortening" not in dataset.sizes and method_of(dataset) == "exact"
+
+
+def method_of(dataset):
+    """How the states were computed, "exact" or "chain"; "unknown" if the file does not say."""
     try:
-        return json.loads(dataset.attrs["config_json"])["solve"]["method"] == "exact"
+        return json.loads(dataset.attrs["config_json"])["solve"]["method"]
     except (KeyError, TypeError, ValueError):
-        return False
+        return "unknown"
 
 
 def state_variable(dataset, variable, state):

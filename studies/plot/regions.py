@@ -35,6 +35,17 @@ def fill(labels, known):
     return labels[tuple(nearest)]
 
 
+def spread(plane):
+    """The plane on a grid as fine as a picture, every point with the label of the nearest grid point."""
+    axes, places = [], []
+    for labels, fine in zip(plane[:2], FINE, strict=True):
+        even = np.geomspace if log_spaced(labels) else np.linspace
+        axes.append(even(labels[0], labels[-1], max(fine, len(labels))))
+        steps = np.interp(axes[-1], labels, np.arange(len(labels)))
+        places.append(np.clip(np.floor(steps + 0.5).astype(int), 0, len(labels) - 1))
+    return Plane(*axes, plane.labels[np.ix_(*places)])
+
+
 def sharpen(plane, decide):
     """Halve the grid until it is fine enough, asking `decide` where neighbours differ.
 

@@ -12,6 +12,7 @@ from elastica.codes import Stability, Status
 from elastica.solution import solve
 from studies.errors import StudyError
 from studies.plot.bifurcation import nearest_label
+from studies.plot.reading import method_of
 from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
 from studies.schema import control_of
 
@@ -105,7 +106,8 @@ def shapes(
     panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
     points = _points(panel, control, given, list(states or ()))
     strips = [Strip.at(value, gap, state, ends, control) for value, state in points]
-    return draw(strips, dataset, f"H = {gap:g}, {ends}")
+    method = "" if method_of(dataset) == "exact" else ", the exact strip in place of the chain"
+    return draw(strips, dataset, f"H = {gap:g}, {ends}{method}")
 
 
 def _points(panel, control, given, states):
@@ -206,7 +208,14 @@ def _draw_strip(ax, strip, stretch, largest):
                 "",
                 (place[0], place[1] - side * length),
                 place,
-                arrowprops={"arrowstyle": "-|>", "lw": 1.2, "color": "black", "shrinkA": 0, "shrinkB": 0},
+                arrowprops={
+                    "arrowstyle": "-|>",
+                    "mutation_scale": min(10, 60 * force / largest),
+                    "lw": 1.2,
+                    "color": "black",
+                    "shrinkA": 0,
+                    "shrinkB": 0,
+                },
                 zorder=4,
             )
     ax.set(xlim=(low, high), ylim=(-H - thick, H + thick), xticks=[], yticks=[], aspect="equal")

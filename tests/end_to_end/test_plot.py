@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.testing.compare import compare_images
@@ -293,6 +292,13 @@ def test_at_given_shortening_nothing_is_solved_again(computed, monkeypatch):
         chart = studies.plot.chart(held)
         assert "nearest grid point" in chart.get_supxlabel()
         assert not chart.axes[0].get_lines()
+        mesh = chart.axes[0].collections[0]
+        H, given = (centres(mesh.get_coordinates()[..., axis], axis) for axis in (0, 1))
+        stable = ((held["stability"] == 0) & (held["status"] == 0)).isel(ends=0)
+        for h, s in ((0.06, 0.021), (0.09, 0.039)):
+            near = stable.sel(H=h, shortening=s, method="nearest")
+            shades = [to_rgb(colour(str(name))) for name in near["state"].values[near.values]] or [(1, 1, 1)]
+            seen = mesh.get_array()[np.abs(given - s).argmin(), np.abs(H - h).argmin()]
+            assert any(np.allclose(seen, shade) for shade in shades)
         diagram = studies.plot.bifurcation(held, H=0.1)
         assert any(line.get_label() == "U" for line in diagram.axes[0].get_lines())
-        assert isinstance(held, xr.Dataset)
