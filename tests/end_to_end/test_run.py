@@ -203,3 +203,25 @@ def test_check_reports_edited_summaries_and_labels(dataset_file, tmp_path):
     assert any("labels of H" in problem for problem in edited(shift))
     with pytest.raises(StudyError, match="energy missing"):
         edited(lambda dataset: dataset.renameVariable("energy", "vigour"))
+
+
+def test_joining_opens_each_shard_twice_however_many_there_are(study, tmp_path, monkeypatch):
+    """Once to see which states there are, once in its band of rows."""
+    states, outputs = (
+        study.states.model_copy(update={"names": ("0", "U"), "max_contacts": None}),
+        {"shapes": 0},
+    )
+    small = study.model_copy(
+        update={"states": states, "outputs": study.outputs.model_copy(update={**outputs, "eigenvalues": 0})}
+    )
+    plan, opened_paths = small.plan(block_points=6), []
+
+    def counted(path, *mode):
+        opened_paths.append(str(path))
+        return opened(path, *mode)
+
+    monkeypatch.setattr("studies.reduction.opened", counted)
+    monkeypatch.setattr("studies.files.CHUNK_BYTES", 100)
+    compute(plan, tmp_path / "small.nc", Policy(workers=0))
+    assert len(plan.blocks) == 20
+    assert sum(".shards" in path for path in opened_paths) == 2 * len(plan.blocks)
