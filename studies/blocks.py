@@ -11,6 +11,8 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from studies.errors import FailedPoints, StudyError
 from studies.evaluate import Task, evaluate, here
 from studies.sandbox import Lost, call
@@ -134,7 +136,6 @@ def _alone(limit, points, solver, *arguments):
 
 def _name(block, names, failure):
     """Where a point failed, and why, in words."""
-    H = block.H[failure.H]
-    given = block.given[failure.given]
-    state = names[failure.state]
-    return f"{block.ends} H={H:g} {block.control}={given:g} {state}: {failure.reason}"
+    point = np.ravel_multi_index(failure[:3], block.shape)
+    H, given = (labels[point] for labels in block.labels())
+    return f"{block.ends} H={H:g} {block.control}={given:g} {names[failure.state]}: {failure.reason}"

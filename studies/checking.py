@@ -12,7 +12,8 @@ from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
 from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
-from studies.reduction import potential, summarise
+from studies.reduction import Source, potential, summarise
+from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.sandbox import call
 from studies.schema import COORDINATES, VARIABLES, control_of, coordinates, per_state, variables
 from studies.study import NUMERICS_VERSION, Study
@@ -74,6 +75,8 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     if study is not None:
         foreign = _agreement(study, labels)
         problems += foreign or _recompute(study, labels, values, sample, seed)
+        if study.grid.refine and not foreign:
+            problems += _refinement(path, study, labels)
     return _describe(path, attributes, labels, values, sample), problems
 
 
@@ -109,6 +112,18 @@ def _counts(values, control):
     if not np.array_equal(preferred, values["preferred_state"]):
         problems.append("preferred_state is not the stable state of least energy")
     return problems
+
+
+def _refinement(path, study, labels):
+    """Points that a refined study should have, and that are not computed."""
+    grid = study.grid
+    stable = StableStates(grid)
+    stable.learn(Source(path, grid.ends, labels["H"], labels[grid.control], (), every_root=False))
+    first = first_points(stable.codes.shape[1:], grid.refine)
+    missing = sum(
+        int((first & (codes == UNKNOWN) | next_points(codes, grid.refine)).sum()) for codes in stable.codes
+    )
+    return [f"{missing} points that the refinement needs are not computed"] if missing else []
 
 
 def _study(path, attributes, problems):
@@ -182,7 +197,8 @@ def _recompute(study, labels, values, sample, seed):
     """Solve some grid points again and compare: flags exactly, numbers within `error`."""
     names = [str(name) for name in labels["state"]]
     control = study.grid.control
-    e, i, j = _chosen(labels, control, sample, seed)
+    computed = (values["status"] != Status.NOT_COMPUTED).any(axis=-1)
+    e, i, j = _chosen(computed, control, sample, seed)
     problems = []
     for number, ends in enumerate(study.grid.ends):
         here = (number, i[e == number], j[e == number])
@@ -207,17 +223,15 @@ def _recompute(study, labels, values, sample, seed):
     return problems
 
 
-def _chosen(labels, control, sample, seed):
-    """Indices along ends, H and the control of the points to solve again."""
+def _chosen(computed, control, sample, seed):
+    """Indices along ends, H and the control of those points computed that are to be solved again."""
     rng = np.random.default_rng(seed)
-    gaps = np.arange(labels["H"].size)
     if control != "P":
-        gaps = np.sort(rng.permutation(gaps)[:SAMPLE_GAPS])
-    shape = (labels["ends"].size, gaps.size, labels[control].size)
-    points = int(np.prod(shape))
-    chosen = np.sort(rng.choice(points, min(sample, points), replace=False))
-    e, i, j = np.unravel_index(chosen, shape)
-    return e, gaps[i], j
+        gaps = rng.permutation(np.flatnonzero(computed.any(axis=(0, 2))))[:SAMPLE_GAPS]
+        computed = computed & np.isin(np.arange(computed.shape[1]), gaps)[:, None]
+    points = np.argwhere(computed)
+    chosen = np.sort(rng.choice(len(points), min(sample, len(points)), replace=False))
+    return points[chosen].T
 
 
 def _labelled(solved, found, names, study, ends):
@@ -262,6 +276,10 @@ def _describe(path, attributes, labels, values, sample):
     for axis in ("H", control_of(labels)):
         label = labels[axis]
         lines.append(f"  {axis:<11} {label.size} values from {label[0]:g} to {label[-1]:g}")
+    computed = (status != Status.NOT_COMPUTED).any(axis=-1)
+    points = int(computed.sum())
+    if points < computed.size:
+        lines.append(f"  points      {points:,} of {computed.size:,} are computed")
     lines.append("  state         solved   stable  inadmissible  no equilibrium  failed")
     for number, name in enumerate(labels["state"]):
         here, verdict = status[..., number], values["stability"][..., number]
@@ -273,7 +291,7 @@ def _describe(path, attributes, labels, values, sample):
             (here == Status.FAILED).sum(),
         ]
         lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>7,}".format(name, *counts))
-    lines.append(f"  {min(sample, int(np.prod(status.shape[:3]))):,} grid points solved again")
+    lines.append(f"  {min(sample, points):,} grid points solved again")
     if not _of_this_version(attributes):
         then = attributes.get("numerics_version", "unknown")
         lines.append(

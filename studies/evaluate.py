@@ -8,6 +8,7 @@ Left out: files, processes, progress.
 import warnings
 from dataclasses import fields
 from functools import partial
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -37,9 +38,33 @@ class Block(NamedTuple):
     given: tuple[float, ...]
 
     @property
+    def shape(self):
+        """Extent of its arrays along ends, H and the control."""
+        return 1, len(self.H), len(self.given)
+
+    @property
     def points(self):
         """Number of grid points."""
-        return len(self.H) * len(self.given)
+        return prod(self.shape)
+
+    def labels(self):
+        """Labels H and those given of every point, in the order of the arrays, shape (points,)."""
+        return tuple(grid.ravel() for grid in np.meshgrid(self.H, self.given, indexing="ij"))
+
+
+class Scattered(Block):
+    """Some points of the grid, wherever they are: `H` and `given` have the labels of each, in one row."""
+
+    __slots__ = ()
+
+    @property
+    def shape(self):
+        """Extent of its arrays along ends, H and the control."""
+        return 1, 1, len(self.given)
+
+    def labels(self):
+        """Labels H and those given of every point, shape (points,)."""
+        return np.array(self.H), np.array(self.given)
 
 
 class Task(NamedTuple):
@@ -109,14 +134,13 @@ def evaluate(block, task, within=here):
         The variables of the block, first dimension `ends` of length one.
     failures : list of Failure
     """
-    H, given = (grid.ravel() for grid in np.meshgrid(block.H, block.given, indexing="ij"))
+    H, given = block.labels()
     names, arrays, failed = solve_points(block.ends, H, block.control, given, task, within)
-    shape = (1, len(block.H), len(block.given))
-    failures = []
-    for point, state, reason in failed:
-        row, column = divmod(point, len(block.given))
-        failures.append(Failure(0, row, column, state, reason))
-    arrays = {name: values.reshape(shape + values.shape[1:]) for name, values in arrays.items()}
+    failures = [
+        Failure(*map(int, np.unravel_index(point, block.shape)), state, reason)
+        for point, state, reason in failed
+    ]
+    arrays = {name: values.reshape(block.shape + values.shape[1:]) for name, values in arrays.items()}
     return names, arrays, failures
 
 

@@ -13,7 +13,8 @@ import numpy as np
 from elastica.ends import parse_ends
 from elastica.equilibrium import CHUNK, alternates
 from elastica.states import is_canonical, parse_state
-from studies.evaluate import Block, Task
+from studies.evaluate import Block, Scattered, Task
+from studies.refinement import StableStates, first_points, next_points
 from studies.schema import coordinates, variables
 from studies.study import Study
 
@@ -50,7 +51,7 @@ WARN_BYTES = 1_000_000_000
 
 @dataclass(frozen=True)
 class Plan:
-    """A study cut into blocks.
+    """A study cut into blocks; a refined one into those that are to be computed next.
 
     Attributes
     ----------
@@ -71,6 +72,8 @@ class Plan:
         That of the longest block.
     known : Known or None
         What finished datasets hold; these points are in no block.
+    block_points : int or None
+        Grid points of a block, if they are prescribed.
     """
 
     study: Study
@@ -81,7 +84,8 @@ class Plan:
     bytes: int
     seconds: float
     longest: float
-    known: object = None
+    known: Any = None
+    block_points: int | None = None
 
     @classmethod
     def of(cls, study: Study, block_points: int | None = None, known: Any = None, rest: Any = None) -> "Plan":
@@ -99,6 +103,8 @@ class Plan:
         """
         grid, task = study.grid, study.task
         wanted = np.ones((len(grid.ends), len(grid.H), len(grid.given)), bool)
+        if grid.refine is not None:
+            wanted &= first_points(wanted.shape[1:], grid.refine)
         if known is not None:
             wanted &= ~known.held
         if rest is not None:
@@ -110,20 +116,9 @@ class Plan:
         blocks = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            for gaps, labels in _rectangles(wanted[number], grid):
-                columns = min(len(labels), size)
-                rows = max(1, min(len(gaps), size // columns))
-                blocks += [
-                    Block(
-                        (number, grid.H.index(gaps[i]), grid.given.index(labels[j])),
-                        ends,
-                        gaps[i : i + rows],
-                        grid.control,
-                        labels[j : j + columns],
-                    )
-                    for i in range(0, len(gaps), rows)
-                    for j in range(0, len(labels), columns)
-                ]
+            blocks += (_rectangular if grid.refine is None else _scattered)(
+                grid, number, wanted[number], size
+            )
         points = len(grid.ends) * H * given
         seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
@@ -136,7 +131,14 @@ class Plan:
             seconds=sum(seconds),
             longest=max(seconds, default=0.0),
             known=known,
+            block_points=block_points,
         )
+
+    def next(self, stable: StableStates) -> "Plan":
+        """The plan for what a refined study wants next, given what is known; without blocks if nothing."""
+        study = self.study
+        wanted = np.array([next_points(codes, study.grid.refine) for codes in stable.codes])
+        return Plan.of(study, self.block_points, self.known, rest=(self.task.names, wanted))
 
     @property
     def identity(self) -> dict[str, str]:
@@ -152,16 +154,20 @@ class Plan:
 
     def report(self, workers: int) -> list[str]:
         """Lines that tell a user what a run would do."""
+        refined = self.study.grid.refine is not None
         lines = [
             f"study     {self.study.name} ({self.study.study_id[:8]})",
             f"points    {self.points:,} grid points, {self.states:,} states to solve: "
             + " ".join(self.task.names)
             + ", with every root of the words" * self.task.every_root,
-            f"blocks    {len(self.blocks):,}",
+            *(self._of_refinement() if refined else ()),
+            f"blocks    {len(self.blocks):,}" + " of these first points" * refined,
             f"size      at most {readable_bytes(self.bytes)} before compression"
             + f", if words have {ROOTS} roots on the average" * self.task.every_root,
             f"time      {'about ' * (self.seconds >= 1)}{readable_time(self.seconds)} of work, "
-            f"{readable_time(self.seconds / workers)} on {workers} worker{'s' * (workers > 1)}",
+            f"{readable_time(self.seconds / workers)} on {workers} worker{'s' * (workers > 1)}"
+            + ", for these first points"
+            * refined,
         ]
         if self.bytes > WARN_BYTES:
             lines.append(
@@ -169,6 +175,21 @@ class Plan:
                 "eigenvalues make it smaller"
             )
         return lines
+
+    def _of_refinement(self):
+        """Lines that tell what is certain of a refined study, and what it cannot exceed."""
+        first = sum(block.points for block in self.blocks)
+        grid = self.study.grid.model_copy(update={"refine": None})
+        dense = Plan.of(self.study.model_copy(update={"grid": grid}))
+        yield (
+            f"refined   {first:,} points first, the coarse grid and its audit; then where the stable states "
+            f"change, at most all: {readable_time(dense.seconds)} of work"
+        )
+        if grid.control != "P":
+            yield (
+                "warning   at prescribed shortening one point of a gap takes as long as all of them: compute "
+                "the finest grid instead, without refine"
+            )
 
 
 class Costs(NamedTuple):
@@ -181,7 +202,7 @@ class Costs(NamedTuple):
     def of(self, block):
         """Seconds of a block."""
         chunks = ceil(block.points / CHUNK)
-        return self.chunk * chunks + self.gap * len(block.H) + self.point * block.points
+        return self.chunk * chunks + self.gap * len(set(block.H)) + self.point * block.points
 
 
 def _costs(task, ends, control):
@@ -208,6 +229,30 @@ def _costs(task, ends, control):
         return Costs(SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
     tracing = springs * sum(len(state.word) for state in swept)
     return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
+
+
+def _rectangular(grid, number, wanted, size):
+    """Blocks that are rectangles of labels."""
+    for gaps, labels in _rectangles(wanted, grid):
+        columns = min(len(labels), size)
+        rows = max(1, min(len(gaps), size // columns))
+        for i in range(0, len(gaps), rows):
+            for j in range(0, len(labels), columns):
+                place = number, grid.H.index(gaps[i]), grid.given.index(labels[j])
+                H, given = gaps[i : i + rows], labels[j : j + columns]
+                yield Block(place, grid.ends[number], H, grid.control, given)
+
+
+def _scattered(grid, number, wanted, size):
+    """Blocks of points wherever they are, row by row; under prescribed shortening of whole rows."""
+    i, j = (place.tolist() for place in np.nonzero(wanted))
+    starts = range(0, len(i), size)
+    if grid.control != "P":
+        starts = np.unique(i, return_index=True)[1][:: max(1, size // len(grid.given))].tolist()
+    for start, end in zip(starts, [*starts, len(i)][1:], strict=True):
+        H = tuple(grid.H[row] for row in i[start:end])
+        given = tuple(grid.given[column] for column in j[start:end])
+        yield Scattered((number, i[start], j[start]), grid.ends[number], H, grid.control, given)
 
 
 def _rectangles(wanted, grid):

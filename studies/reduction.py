@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
-from studies.evaluate import unknown, word_failed
+from studies.evaluate import Scattered, unknown, word_failed
 from studies.files import (
     chunks,
     content_hash,
@@ -20,7 +20,7 @@ from studies.files import (
     write_failures,
     written_whole,
 )
-from studies.schema import control_of, coordinates, per_state, variables
+from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
 
 GROUP_BYTES = 300_000_000
 """Bytes of variables that are copied together, so that each source is opened once for all of them."""
@@ -30,6 +30,7 @@ class Source(NamedTuple):
     """A file that holds some points of a dataset.
 
     `searched` are the states that were asked for there, of words the first root if every root was sought.
+    If the points are `scattered`, `H` and `given` have the labels of each, and in the file they are one row.
     """
 
     path: Path
@@ -38,6 +39,7 @@ class Source(NamedTuple):
     given: np.ndarray
     searched: tuple[str, ...]
     every_root: bool
+    scattered: bool = False
 
 
 class Survey(NamedTuple):
@@ -66,7 +68,7 @@ def survey(sources, grid):
     """Read the status of everything that sources hold of a grid."""
     found = Survey([], set(), set())
     for source in sources:
-        rows, columns = positions(source.H, grid.H)[0], positions(source.given, grid.given)[0]
+        points, _ = shared(source, np.array(grid.H), np.array(grid.given))
         with opened(source.path) as file:
             if "seconds" in file.ncattrs():
                 found.seconds.append(float(file.getncattr("seconds")))
@@ -75,8 +77,8 @@ def survey(sources, grid):
             names = read_labels(file.variables["state"], source.path)
             there = np.zeros(names.size, bool)
             for number in [i for i, ends in enumerate(source.ends) if ends in grid.ends]:
-                status = file.variables["status"][number][np.ix_(rows, columns)]
-                there |= np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=(0, 1))
+                status = read_points(file.variables["status"], number, points)
+                there |= np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=0)
         found.names.update(str(name) for name in names[there])
     return found
 
@@ -84,7 +86,8 @@ def survey(sources, grid):
 def source_of(block, path, task):
     """A shard as a source."""
     labels = (np.array(block.H), np.array(block.given))
-    return Source(path, (block.ends,), *labels, task.names, task.every_root)
+    scattered = isinstance(block, Scattered)
+    return Source(path, (block.ends,), *labels, task.names, task.every_root, scattered)
 
 
 def reduce(study, sources, surveyed, out, attributes):
@@ -149,7 +152,7 @@ def _by_band(sources, H, rows):
     """The sources of each band of rows, in their order: a list for each band."""
     bands = [[] for _ in range(0, len(H), rows)]
     for source in sources:
-        for band in np.unique(positions(source.H, H)[1] // rows):
+        for band in np.unique(positions(np.unique(source.H), H)[1] // rows):
             bands[band].append(source)
     return bands
 
@@ -162,11 +165,12 @@ def _reduce_band(study, sources, dataset, labels, number, band):
     H = labels["H"][band]
     verdict = {}
     for group in _groups(per_state(labels, study.outputs), labels, band):
-        height = 1 if "s" in next(iter(group.values())).dims else H.size
+        height = _height(group, labels, H.size)
         for first, among in zip(range(0, H.size, height), _by_band(sources, H, height), strict=True):
+            rows = slice(band.start + first, min(band.start + first + height, band.stop))
             values = {
                 name: np.full(
-                    (height, *(labels[dim].size for dim in variable.dims[2:])),
+                    (rows.stop - rows.start, *(labels[dim].size for dim in variable.dims[2:])),
                     variable.missing,
                     variable.dtype,
                 )
@@ -177,7 +181,6 @@ def _reduce_band(study, sources, dataset, labels, number, band):
             if "status" in values and study.task.every_root:
                 status = values["status"]
                 status[word_failed(status, names) & (status == Status.NO_EQUILIBRIUM)] = Status.NOT_COMPUTED
-            rows = slice(band.start + first, band.start + first + height)
             for name, array in values.items():
                 _write(dataset.variables[name], number, rows, array)
         verdict |= {
@@ -206,6 +209,15 @@ def _groups(variables, labels, band):
     yield group
 
 
+def _height(group, labels, rows):
+    """Of so many rows how many are copied together: all, but of what is along the strip as memory allows."""
+    variable = next(iter(group.values()))
+    if "s" not in variable.dims:
+        return rows
+    row = np.prod([labels[dim].size for dim in variable.dims[2:]]) * np.dtype(variable.dtype).itemsize
+    return max(1, int(GROUP_BYTES // row))
+
+
 def _write(target, number, rows, values):
     """Write rows of a variable; chunks with nothing in them are left out."""
     for state in range(values.shape[2]):
@@ -220,7 +232,7 @@ def potential(control):
 
 
 def summarise(status, stability, energy):
-    """Number of stable states, and position of the one of least energy (−1: none), at each point.
+    """Number of stable states (−1: not computed), and position of the one of least energy (−1: none).
 
     Parameters
     ----------
@@ -232,7 +244,8 @@ def summarise(status, stability, energy):
     """
     stable = (status == Status.SOLVED) & (stability == Stability.STABLE)
     lowest = np.where(stable, energy, np.inf).argmin(axis=-1)
-    return stable.sum(axis=-1), np.where(stable.any(axis=-1), lowest, -1)
+    computed = (status != Status.NOT_COMPUTED).any(axis=-1)
+    return np.where(computed, stable.sum(axis=-1), -1), np.where(stable.any(axis=-1), lowest, -1)
 
 
 def positions(labels, wanted):
@@ -245,35 +258,76 @@ def positions(labels, wanted):
     return np.flatnonzero(both), place[both]
 
 
+def shared(source, H, given):
+    """Points that a source and a grid with these labels have both: rows and columns there, and here.
+
+    Parameters
+    ----------
+    source : Source
+    H, given : ndarray
+        Increasing labels.
+
+    Returns
+    -------
+    there, here : tuple of ndarray of int, each (rows, columns) of the points
+    """
+    if source.scattered:
+        places = [
+            np.searchsorted(labels, wanted).clip(max=labels.size - 1)
+            for labels, wanted in ((H, source.H), (given, source.given))
+        ]
+        found = np.flatnonzero((H[places[0]] == source.H) & (given[places[1]] == source.given))
+        return (np.zeros_like(found), found), tuple(place[found] for place in places)
+    both = [positions(source.H, H), positions(source.given, given)]
+    return tuple(
+        tuple(place.ravel() for place in np.meshgrid(*places, indexing="ij"))
+        for places in zip(*both, strict=True)
+    )
+
+
+def read_points(variable, number, points):
+    """Values of a variable of a file at some points, rows and columns, of one end condition."""
+    if not points[0].size:
+        return variable[number, :0, 0]
+    first, last = ([place.min() for place in points], [place.max() + 1 for place in points])
+    slab = variable[number, first[0] : last[0], first[1] : last[1]]
+    return slab[points[0] - first[0], points[1] - first[1]]
+
+
 def read_rows(source, group, ends, H, given, names, values):
     """Copy what a source holds of some rows into `values`, by variable, shape (rows, columns, state, …)."""
-    from_rows, to_rows = positions(source.H, H)
-    from_columns, to_columns = positions(source.given, given)
-    if not (from_rows.size and from_columns.size):
+    there, here = shared(source, np.asarray(H), np.asarray(given))
+    if not there[0].size:
         return
-    first, last = from_rows.min(), from_rows.max() + 1
     number = source.ends.index(ends)
     with opened(source.path) as file:
         place = {str(state): i for i, state in enumerate(read_labels(file.variables["state"], source.path))}
         arrays = {
-            name: file.variables[name][number, first:last][from_rows - first][:, from_columns]
-            for name in group
+            name: read_points(file.variables[name], number, there)
+            for name in ("status", *group)
             if name in file.variables
         }
-    for name, variable in group.items():
-        target = values[name]
-        known = unknown(name, variable, (to_rows.size, to_columns.size, *target.shape[2:]), names, ends)
-        for state, label in enumerate(names):
+    computed = arrays["status"] != Status.NOT_COMPUTED
+    nowhere = unknown("status", VARIABLES["status"], (len(names),), names, ends)
+    for state, label in enumerate(names):
+        if label in place:
+            which = computed[:, place[label]]
+        elif _searched(source, label):
+            which = np.ones(len(computed), bool)
+        else:
+            continue
+        rows, columns = (index[which] for index in here)
+        for name, variable in group.items():
+            target = values[name]
             if label in place and name in arrays:
                 # A file has labels for the contacts of its own states only.
                 array = arrays[name]
                 extra = tuple(
-                    slice(min(sizes)) for sizes in zip(array.shape[3:], target.shape[3:], strict=True)
+                    slice(min(sizes)) for sizes in zip(array.shape[2:], target.shape[3:], strict=True)
                 )
-                known[(slice(None), slice(None), state, *extra)] = array[(..., place[label], *extra)]
-            elif not _searched(source, label):
-                continue
-            target[(*np.ix_(to_rows, to_columns), state)] = known[:, :, state]
+                target[(rows, columns, state, *extra)] = array[(which, place[label], *extra)]
+            else:
+                target[rows, columns, state] = nowhere[state] if name == "status" else variable.missing
 
 
 def _searched(source, label):
@@ -289,15 +343,13 @@ def _failures(source, ends, number, band, labels, status):
         reasons = read_labels(file.variables["failure_reason"], source.path)
         states = read_labels(file.variables["state"], source.path)
     names = [str(name) for name in labels["state"]]
-    row_of, column_of = (
-        dict(zip(*positions(*both), strict=True))
-        for both in ((source.H, labels["H"]), (source.given, labels[control]))
-    )
+    there, here = (np.transpose(points).tolist() for points in shared(source, labels["H"], labels[control]))
+    place_of = {tuple(point): place for point, place in zip(there, here, strict=True)}
     found = {}
-    for end, row, column, state, reason in zip(*columns, reasons, strict=True):
-        known = row in row_of and column in column_of and source.ends[end] == ends
-        if known and band.start <= row_of[row] < band.stop and states[state] in names:
-            where = int(row_of[row]), int(column_of[column]), names.index(states[state])
+    for end, *point, state, reason in zip(*columns, reasons, strict=True):
+        row, column = place_of.get(tuple(point), (-1, -1))
+        if band.start <= row < band.stop and source.ends[end] == ends and states[state] in names:
+            where = row, column, names.index(states[state])
             # Another file may have solved it since.
             if status[where[0] - band.start, *where[1:]] == Status.FAILED:
                 found[number, *where] = str(reason)

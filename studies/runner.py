@@ -8,6 +8,8 @@ import os
 import shutil
 import uuid
 from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -22,6 +24,7 @@ from studies.plan import Plan, readable_bytes
 from studies.progress import note, progress
 from studies.provenance import describe
 from studies.reduction import reduce, source_of, survey
+from studies.refinement import StableStates
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
 from studies.study import Study
 
@@ -65,6 +68,14 @@ class Policy(NamedTuple):
     max_failures: int | None = None
     time_limit: float | None = None
     force_unlock: bool = False
+
+
+@dataclass
+class Tally:
+    """Failures of a run: how many, and some of them by name."""
+
+    count: int = 0
+    named: tuple[str, ...] = ()
 
 
 def run(
@@ -155,15 +166,21 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
     tuple of str
         Some of the points that failed in this run, with the reasons.
     """
-    with _working_folder(plan, out, policy.part, policy.force_unlock) as (folder, blocks):
+    if policy.part is not None and plan.study.grid.refine is not None:
+        raise StudyError(
+            f"--shard {'/'.join(map(str, policy.part))}: which points a refined study needs is known only as "
+            "it goes; run it without --shard, on a cluster if it is large"
+        )
+    with _working_folder(plan, out, policy.part, policy.force_unlock) as (folder, plan):
         if is_done(plan.study, out):
             # Perhaps by a run that was killed before it could clear away.
             remove_shards(folder)
             return ()
-        shards, named = _fill(plan, blocks, folder, policy)
-        if policy.part is None:
-            named += _finish(plan, shards, folder, out, policy)
-        return named[:NAMED]
+        with _filling(folder, policy) as (fill, tally):
+            shards = _rounds(plan, fill)
+            if policy.part is None:
+                _finish(plan, shards, folder, out, fill)
+        return tally.named
 
 
 def join(plan, out, force_unlock=False):
@@ -174,41 +191,52 @@ def join(plan, out, force_unlock=False):
     StudyError
         If shards are missing.
     """
-    with _working_folder(plan, out, None, force_unlock) as (folder, blocks):
-        shards = find_shards(folder, blocks, plan.identity)
-        if missing := len(blocks) - len(shards):
-            raise StudyError(
-                f"{folder}: {missing} of {len(blocks)} shards are missing; run the jobs that have not "
-                "finished again, or `elastica run` for all that is missing"
-            )
-        _finish(plan, shards, folder, out, Policy())
+    with _working_folder(plan, out, None, force_unlock) as (folder, plan):
+        shards = _rounds(plan, partial(_present, folder=folder))
+        with _filling(folder, Policy()) as (fill, _):
+            _finish(plan, shards, folder, out, fill)
+
+
+def _present(plan, folder):
+    """The shards of a plan, all of which must be there."""
+    shards = find_shards(folder, plan.blocks, plan.identity)
+    if missing := len(plan.blocks) - len(shards):
+        raise StudyError(
+            f"{folder}: {missing} of {len(plan.blocks)} shards are missing; run the jobs that have not "
+            "finished again, or `elastica run` for all that is missing"
+        )
+    return shards
 
 
 @contextmanager
 def _working_folder(plan, out, part, force_unlock):
-    """The folder of the shards, ours alone, and the blocks to compute there."""
+    """The folder of the shards, ours alone, and the plan of what is to be computed there."""
     folder = folder_of(out).resolve()
     folder.mkdir(exist_ok=True)
-    blocks = plan.blocks if part is None else plan.blocks[part[0] - 1 :: part[1]]
+    own = None
+    if part is not None:
+        # Others may be writing the shards of theirs.
+        own = plan.blocks[part[0] - 1 :: part[1]]
+        plan = replace(plan, blocks=own)
     try:
         with sole_writer(folder, part, force_unlock):
-            discard_parts(folder, blocks)
+            discard_parts(folder, own)
             try:
-                yield folder, blocks
+                yield folder, plan
             finally:
-                discard_parts(folder, blocks)
+                discard_parts(folder, own)
     finally:
         remove_folder(folder)
 
 
-def _finish(plan, shards, folder, out, policy):
-    """Write the dataset, and only then remove the shards; some of the points that failed on the way."""
-    named, study = (), plan.study
+def _finish(plan, shards, folder, out, fill):
+    """Write the dataset, and only then remove the shards; `fill` gives those of a plan."""
+    study = plan.study
     try:
         sources = [*(plan.known.sources if plan.known else ()), *_sources(plan, shards)]
         surveyed = survey(sources, study.grid)
         if plan.known:
-            rest, named = _fill_gaps(plan, surveyed.names, folder, policy)
+            rest = _fill_gaps(plan, surveyed.names, fill)
             sources += rest
             surveyed |= survey(rest, study.grid)
         about = plan.known.about if plan.known else {}
@@ -220,53 +248,83 @@ def _finish(plan, shards, folder, out, policy):
             f"{folder} and the same command writes the dataset"
         ) from None
     remove_shards(folder)
-    return named
 
 
 def _sources(plan, shards):
     return [source_of(block, path, plan.task) for block, path in shards.items()]
 
 
-def _fill_gaps(plan, found, folder, policy):
-    """Compute what finished datasets lack of the states found: shards, and some of the points that failed."""
+def _fill_gaps(plan, found, fill):
+    """Compute what finished datasets lack of the states found: shards."""
     names, points = gaps(plan.known, plan.study, found)
     if not names:
-        return [], ()
+        return []
     note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
     rest = Plan.of(plan.study, rest=(names, points))
-    shards, named = _fill(rest, rest.blocks, folder, policy)
-    return _sources(rest, shards), named
+    return _sources(rest, fill(rest))
 
 
-def _fill(plan, blocks, folder, policy):
-    """Compute until every block has an intact shard: the shards, and some of the points that failed."""
-    named = ()
+def _rounds(plan, fill):
+    """Shards of a plan and, if the study is refined, of all the plans that follow from what they hold.
+
+    `fill` gives those of one plan. Which points follow is found again from the shards by a run that goes on.
+    """
+    shards = new = fill(plan)
+    if plan.study.grid.refine is None:
+        return shards
+    stable = StableStates(plan.study.grid)
+    for source in plan.known.sources if plan.known else ():
+        stable.learn(source)
+    while True:
+        for source in _sources(plan, new):
+            stable.learn(source)
+        plan = plan.next(stable)
+        if not plan.blocks:
+            return shards
+        new = fill(plan)
+        shards = shards | new
+
+
+@contextmanager
+def _filling(folder, policy):
+    """A function that gives the shards of a plan, whose local workers are started once; and its failures."""
+    with ExitStack() as stack:
+        started, tally = [], Tally()
+
+        def cluster(count):
+            if not started:
+                started.append(stack.enter_context(local_cluster(count)))
+            return started[0]
+
+        yield partial(_fill, folder=folder, policy=policy, tally=tally, cluster=cluster), tally
+
+
+def _fill(plan, folder, policy, tally, cluster):
+    """Compute until every block has an intact shard: the shards."""
     for _ in range(ROUNDS):
-        shards = find_shards(folder, blocks, plan.identity)
-        todo = [block for block in blocks if block not in shards]
+        shards = find_shards(folder, plan.blocks, plan.identity)
+        todo = [block for block in plan.blocks if block not in shards]
         if not todo:
-            return shards, named
-        named += _compute(plan, blocks, todo, folder, policy)
+            return shards
+        _compute(plan, todo, folder, policy, tally, cluster)
     raise StudyError(f"{folder}: shards are damaged as soon as they are written; look after the disk")
 
 
-def _compute(plan, blocks, todo, folder, policy):
-    """Compute blocks: some of the points that failed."""
-    failures, named = 0, ()
+def _compute(plan, todo, folder, policy, tally, cluster):
+    """Compute blocks."""
     with ExitStack() as stack:
-        results = _results(plan, todo, folder, policy, stack)
-        points, left = (sum(block.points for block in some) for some in (blocks, todo))
+        results = _results(plan, todo, folder, policy, stack, cluster)
+        points, left = (sum(block.points for block in some) for some in (plan.blocks, todo))
         advance = stack.enter_context(progress(points, points - left))
         for done in _kept(results, folder):
             advance(done.points)
-            failures += done.failures
-            named = (*named, *done.named)[:NAMED]
-            if policy.max_failures is not None and failures > policy.max_failures:
+            tally.count += done.failures
+            tally.named = (*tally.named, *done.named)[:NAMED]
+            if policy.max_failures is not None and tally.count > policy.max_failures:
                 raise FailedPoints(
-                    f"{failures} states failed, more than --max-failures {policy.max_failures}: "
-                    f"{'; '.join(named)}; what is computed is kept in {folder}"
+                    f"{tally.count} states failed, more than --max-failures {policy.max_failures}: "
+                    f"{'; '.join(tally.named)}; what is computed is kept in {folder}"
                 )
-    return named
 
 
 def _kept(results, folder):
@@ -280,7 +338,7 @@ def _kept(results, folder):
         ) from None
 
 
-def _results(plan, todo, folder, policy, stack):
+def _results(plan, todo, folder, policy, stack, cluster):
     """What the blocks gave, as they finish."""
     limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
     job = Job(plan.task, plan.identity, folder, versions(), "", limit, policy.raises)
@@ -290,8 +348,9 @@ def _results(plan, todo, folder, policy, stack):
             job = job._replace(limit=None)
         if policy.workers == 0 or (policy.workers is None and (plan.small or len(todo) == 1)):
             return (compute_block(block, job) for block in todo)
-        count = min(policy.workers or processors(), len(todo))
-        client = stack.enter_context(local_cluster(count))
+        count = policy.workers or processors()
+        # Of a refined study nobody knows how many blocks are to come.
+        client = cluster(count if plan.study.grid.refine else min(count, len(todo)))
     job = job._replace(probe=stack.enter_context(_probe(folder)))
     return dispatch(client, todo, job)
 

@@ -155,7 +155,9 @@ VARIABLES = {
         comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|); of a chain the difference "
         "from the exact state, or from a chain of half as many links",
     ),
-    "stable_count": Variable("i2", GRID, "number of states with stability stable", 0),
+    "stable_count": Variable(
+        "i2", GRID, "number of states with stability stable", -1, comment="-1 where no state is computed"
+    ),
     "preferred_state": Variable(
         "i2",
         GRID,

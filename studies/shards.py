@@ -14,6 +14,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import netCDF4
+import numpy as np
 
 from studies.files import ACCESS, PART, define, hash_values, sync, temporary_beside, write_failures
 from studies.progress import note
@@ -32,7 +33,7 @@ def folder_of(out):
 
 def place_of(block):
     """A block's place and extent in the grid, as the names of its files begin."""
-    return "-".join(f"{number:06d}" for number in (*block.place, len(block.H), len(block.given)))
+    return "-".join(f"{number:06d}" for number in (*block.place, *block.shape[1:]))
 
 
 def write_shard(folder, identity, block, outputs, names, arrays, failures, seconds):
@@ -70,7 +71,9 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
 
 def _encoded(identity, block, outputs, names, arrays, failures, seconds):
     """The bytes of a shard: made in memory, where no full disk stops the library half-way."""
-    labels = coordinates((block.ends,), block.H, block.control, block.given, names, outputs)
+    # A row of scattered points has no gap of its own: the block knows those of the points.
+    H = block.H if len(block.H) == block.shape[1] else (np.nan,)
+    labels = coordinates((block.ends,), H, block.control, block.given, names, outputs)
     with ACCESS:
         dataset = netCDF4.Dataset("shard", "w", memory=1)
         dataset.set_auto_mask(False)
@@ -127,11 +130,11 @@ def find_shards(folder, blocks, identity):
     return found
 
 
-def discard_parts(folder, blocks):
-    """Remove what writers of these blocks left unfinished when they were killed."""
-    places = {place_of(block) for block in blocks}
+def discard_parts(folder, blocks=None):
+    """Remove what writers of these blocks, or of any, left unfinished when they were killed."""
+    places = None if blocks is None else {place_of(block) for block in blocks}
     for leftover in folder.glob(f".*{PART}"):
-        if leftover.name[1:].partition(".")[0] in places:
+        if places is None or leftover.name[1:].partition(".")[0] in places:
             leftover.unlink(missing_ok=True)
 
 

@@ -16,7 +16,7 @@ from elastica.chain.profile import parse_profile
 from elastica.states import parse_state, states
 from studies.errors import StudyError
 from studies.evaluate import Task
-from studies.tables import About, Grid, Outputs, Range, Solve, States, Table
+from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
 
 if TYPE_CHECKING:
     from studies.plan import Plan
@@ -165,6 +165,7 @@ ALLOWED_KEYS = {
     (): Study,
     ("study",): About,
     ("grid",): Grid,
+    ("grid", "refine"): Refine,
     ("states",): States,
     ("solve",): Solve,
     ("outputs",): Outputs,

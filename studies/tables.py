@@ -15,6 +15,8 @@ from pydantic import (
     Field,
     StrictInt,
     StrictStr,
+    ValidationInfo,
+    field_serializer,
     field_validator,
     model_validator,
 )
@@ -27,6 +29,7 @@ LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000
 MOST_POINTS = 1_000_000_000
 LARGEST_NUMBER = 1e300
+MOST_LEVELS, MOST_AUDITED = 8, 1000
 
 
 class Table(BaseModel):
@@ -69,13 +72,58 @@ class Range(Table):
         return np.geomspace(self.start, self.stop, self.num)
 
 
-def _axis(value):
-    """Canonical, strictly increasing labels from a list or a range."""
-    if isinstance(value, dict):
+class Refine(Table):
+    """`refine = { levels, audit }`: split cells in halves, `levels` times, where the stable states change.
+
+    The ranges of the axes then count the coarse grid; the labels are those of the finest. `audit` points
+    are drawn at random in every coarse cell, for what lies between its corners.
+    """
+
+    levels: Annotated[StrictInt, Field(ge=1, le=MOST_LEVELS)]
+    audit: Annotated[StrictInt, Field(ge=0, le=MOST_AUDITED)] = 1
+
+    @property
+    def stride(self):
+        """Steps of the finest grid along a side of a coarse cell."""
+        return 2**self.levels
+
+    def finest(self, axis):
+        """The range of the finest labels from that of the coarse ones."""
+        if not isinstance(axis, dict):
+            raise ValueError("only a range can be refined; write { start = …, stop = …, num = … }")
+        coarse = Range(**axis)
+        if coarse.num < 2:
+            raise ValueError(f"num = {coarse.num} leaves no cell to refine; use at least 2, or no refine")
+        num = (coarse.num - 1) * self.stride + 1
+        if num > MOST_LABELS:
+            raise ValueError(
+                f"num = {coarse.num} gives {num:,} labels with refine.levels = {self.levels}; keep them to "
+                f"{MOST_LABELS:,}"
+            )
+        ends = {"start": canonical(coarse.start), "stop": canonical(coarse.stop)}
+        return coarse.model_copy(update=ends | {"num": num})
+
+    def coarsest(self, labels):
+        """The range of the coarse labels from the finest labels, as a study file has it."""
+        ends = {"start": labels[0], "stop": labels[-1]}
+        linear = _canonical_labels(Range(**ends, num=len(labels)).values())
+        num = (len(labels) - 1) // self.stride + 1
+        return {**ends, "num": num, "spacing": "linear" if labels == linear else "log"}
+
+
+def _canonical_labels(values):
+    return tuple(canonical(_number(float(v) if isinstance(v, np.floating) else v)) for v in values)
+
+
+def _axis(value, info: ValidationInfo):
+    """Canonical, strictly increasing labels from a list or a range, which a refined grid makes finest."""
+    if refine := info.data.get("refine"):
+        value = refine.finest(value).values()
+    elif isinstance(value, dict):
         value = Range(**value).values()
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise ValueError(f"{value!r} is neither a list nor {{ start = …, stop = …, num = … }}")
-    labels = tuple(canonical(_number(float(v) if isinstance(v, np.floating) else v)) for v in value)
+    labels = _canonical_labels(value)
     if not labels:
         raise ValueError("the axis is empty; give at least one value")
     for before, after in pairwise(labels):
@@ -101,9 +149,11 @@ class About(Table):
 
 
 class Grid(Table):
-    """`[grid]`: end conditions, half gaps, and loads or shortenings."""
+    """`[grid]`: end conditions, half gaps, and loads or shortenings, all of them or refined."""
 
     ends: Annotated[tuple[StrictStr, ...], Field(min_length=1)]
+    # Before the axes, whose labels it decides.
+    refine: Refine | None = None
     H: Axis
     P: Axis | None = None
     shortening: Axis | None = None
@@ -153,6 +203,10 @@ class Grid(Table):
                 f"{points:,} points are too many; keep ends × H × {self.control} to {MOST_POINTS:,}"
             )
         return self
+
+    @field_serializer("H", "P", "shortening")
+    def _as_in_the_file(self, labels):
+        return self.refine.coarsest(labels) if self.refine and labels else labels
 
     @property
     def control(self):

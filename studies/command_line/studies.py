@@ -143,17 +143,17 @@ def reduce(ctx, study, output, reuse, force_unlock):
 
 def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
-    import numpy as np
-
     from elastica.codes import Stability, Status
     from studies.files import opened
 
     with opened(output) as dataset:
         status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
+    points = int((status != Status.NOT_COMPUTED).any(axis=-1).sum())
+    of = "" if points == status[..., 0].size else f" of {status[..., 0].size:,}"
     counts = {code: int((status == code).sum()) for code in Status}
     stable = int((stability == Stability.STABLE).sum())
     click.echo(
-        f"{output}: {int(np.prod(status.shape[:3])):,} grid points, "
+        f"{output}: {points:,}{of} grid points, "
         f"{counts[Status.SOLVED]:,} states solved ({stable:,} stable), "
         f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.FAILED]:,} failed"
     )

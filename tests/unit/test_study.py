@@ -34,7 +34,7 @@ def changed(key, value):
 
 BAD = [
     ("surprise", {}, "unknown key surprise; allowed here are study, grid, states, solve, outputs"),
-    ("grid.Q", [1.0], "unknown key grid.Q; allowed here are ends, H, P"),
+    ("grid.Q", [1.0], "unknown key grid.Q; allowed here are ends, refine, H, P"),
     ("grid.P.step", 0.1, "unknown key grid.P.step; allowed here are start, stop, num, spacing"),
     ("grid", None, "grid is missing"),
     ("grid.H", None, "grid.H is missing"),
