@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
+from references.onsets import loads
 from scipy.optimize import brentq
 
 import elastica
 from elastica import Stability, Status
-from elastica.onsets import loads
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 

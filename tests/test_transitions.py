@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from references.onsets import loads
 
 import elastica
 from elastica import Event, Stability, Status
-from elastica.onsets import loads
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from references.onsets import loads
 
 import elastica
 import studies
 from elastica import Stability, Status
-from elastica.onsets import loads
 
 ROOT = Path(__file__).parents[2]
 

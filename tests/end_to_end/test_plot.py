@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.testing.compare import compare_images
+from references.onsets import loads
 
 import elastica
 import studies
-from elastica.onsets import loads
 from elastica.stable import stable_energy
 from studies import Study, StudyError
 from studies.command_line import main

@@ -3,10 +3,10 @@
 import mpmath
 import numpy as np
 import pytest
+from references.onsets import loads
 
 import elastica
 from elastica import Stability, Status
-from elastica.onsets import loads
 
 CC, CP, PP = "clamped-clamped", "clamped-pinned", "pinned-pinned"
 DISTANCES = np.concatenate([-(10.0 ** -np.arange(4.0, 13)), 10.0 ** -np.arange(12.0, 3, -1)])
