@@ -1,7 +1,8 @@
 """Clusters of dask workers: on this machine, started by somebody else, or jobs of a queueing system.
 
-What they compute is not their concern (`dispatch`). Addresses are loopback unless the user names another;
-traffic that leaves the machine can be encrypted, and that of jobs always is.
+What they compute is not their concern (`dispatch`), and what else the user computes with dask is not theirs.
+Addresses are loopback unless the user names another; traffic that leaves the machine can be encrypted, and
+that of jobs always is.
 """
 
 import signal
@@ -62,7 +63,7 @@ def local_cluster(workers):
                         silence_logs=50,
                     )
                 )
-                client = stack.enter_context(Client(cluster))
+                client = stack.enter_context(Client(cluster, set_as_default=False))
         finally:
             signal.signal(signal.SIGINT, interrupt)
         with dask.config.set({"distributed.comm.timeouts.connect": "5s"}):
@@ -83,7 +84,7 @@ def running_cluster(address):
 
     try:
         with dask.config.set(SHORT_LOGS):
-            client = Client(address, timeout=ANSWER)
+            client = Client(address, timeout=ANSWER, set_as_default=False)
     except (OSError, ValueError, TypeError) as problem:
         raise StudyError(f"--scheduler {address}: {_why_no_client(problem)}") from None
     with client:
@@ -152,7 +153,7 @@ def queued_cluster(queue, workers, folder):
                     silence_logs="critical",
                 )
             )
-            client = stack.enter_context(Client(cluster))
+            client = stack.enter_context(Client(cluster, set_as_default=False))
             stack.enter_context(_jobs(cluster, workers))
         except (ValueError, RuntimeError) as problem:
             lines = [line for line in str(problem).splitlines() if line.strip()]

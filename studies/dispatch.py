@@ -43,7 +43,7 @@ def dispatch(client, blocks, job):
     from distributed.scheduler import KilledWorker
 
     waiting = [(block, 0) for block in reversed(blocks)]
-    owner, flight = {}, as_completed()
+    owner, flight = {}, as_completed(loop=client.loop)
     try:
         _prove_workers(client, job)
         threads, counted = _threads(client), time.monotonic()

@@ -10,14 +10,14 @@ import time
 import dask
 import pytest
 from click.testing import CliRunner
-from distributed import Client, Security
+from distributed import Client, Security, default_client
 from end_to_end.conftest import TOML
 from end_to_end.processes import elastica
 
 import studies
 from studies import Study, StudyError, cluster, dispatch, runner
 from studies.blocks import prove, versions
-from studies.cluster import queued_cluster, running_cluster
+from studies.cluster import local_cluster, queued_cluster, running_cluster
 from studies.command_line import main
 from studies.files import identify
 
@@ -72,7 +72,7 @@ class ByHand:
     def client(self):
         ca, cert, key = (f"{self.folder}/{name}.pem" for name in ("ca", "cert", "key"))
         security = Security(require_encryption=True, tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key)
-        return Client(self.address, security=security)
+        return Client(self.address, security=security, set_as_default=False)
 
     def stop(self):
         # Workers whose scheduler has gone may take minutes to end of themselves.
@@ -264,3 +264,12 @@ def test_options_that_contradict_each_other_are_one_sentence(toml):
         result = CliRunner().invoke(main, ["run", str(toml), *options])
         assert result.exit_code == 2
         assert sentence in result.output
+
+
+def test_a_cluster_is_not_what_the_user_computes_with():
+    """The user's own dask arrays go where they went before, while a study runs and after it."""
+    with local_cluster(1) as client:
+        assert dask.config.get("scheduler", None) is None
+        with pytest.raises(ValueError, match="No clients found"):
+            default_client()
+        assert client.submit(abs, -1).result() == 1

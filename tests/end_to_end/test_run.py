@@ -26,7 +26,7 @@ def test_a_running_cluster_is_used_and_left_running(study, dataset_file, tmp_pat
     out = tmp_path / "cluster.nc"
     with (
         LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
-        Client(cluster) as client,
+        Client(cluster, set_as_default=False) as client,
     ):
         studies.run(study, out=out, client=client).close()
         assert client.submit(lambda: 7).result() == 7
