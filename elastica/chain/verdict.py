@@ -12,7 +12,8 @@ eigenvalues within
 * any other eigenvalue in there is `critical`.
 
 A flat stretch buckles off the wall when the pooled flat links, clamped at both ends, have a negative
-direction.
+direction. Free segments of length ℓ are shorter by ℓq²h²/24 than those of the strip, waves of the chain being
+as much ahead of the strip's, and a longer flat stretch buckles earlier: 4π²/ℓ_f² changes by 8π²/ℓ_f³ times that.
 """
 
 from typing import NamedTuple
@@ -31,6 +32,8 @@ FIRST_ORDER = 1 / 4
 UNRESOLVED_CURVATURE = 2.0
 """κ in units of λh below which published links cannot tell a shift of the contact from a turn."""
 SECOND_ORDER = 1 / 12
+FREE_LENGTH_SAFETY = 4.0
+"""Over the ℓq²h²/24 by which free segments are shorter, as much as it grows next to the fold of line states."""
 
 
 class Verdict(NamedTuple):
@@ -64,6 +67,7 @@ def judge(state, published=False, fixed_shortening=False):
     critical = nullity != zeros
     if state.pattern.line:
         flat = _flat_links(state)
+        slack += _flat_slack(state, slack)
         sure, possible = (flat.mass.size > 2 and count_below(flat, bound) > 0 for bound in (-slack, slack))
         index += sure
         nullity += possible != sure
@@ -107,6 +111,13 @@ def _resolved(state, published):
     return (
         np.abs(contact_curvatures(state)).min() > SECOND_ORDER * np.abs(state.lam).max() * np.sqrt(F) * h**2
     )
+
+
+def _flat_slack(state, slack):
+    """How far the lowest eigenvalue of the flat stretch is off because the free segments are."""
+    flat = float(np.sum(state.cuts[1::2] - state.cuts[::2]))
+    shift = FREE_LENGTH_SAFETY * slack / (2 * resultant(state)) * (1 - flat)
+    return 8 * np.pi**2 * shift / max(flat, shift, state.strip.h) ** 3
 
 
 def _flat_links(state):

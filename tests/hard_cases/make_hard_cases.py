@@ -11,10 +11,13 @@ Run ``python -m hard_cases.make_hard_cases`` in the folder ``tests`` to write ``
 import json
 from pathlib import Path
 
+from hard_cases.folds import folds_at_shortening, folds_under_load
 from hard_cases.free_shapes import buckling, folds_of_free_shapes, loops
 from hard_cases.line_states import flat_buckles, folds_of_lines, pitchfork, point_to_line
 from hard_cases.long_words import words
+from hard_cases.meetings import free_shapes_touch, meetings
 from hard_cases.one_contact import narrow, overhanging, touching
+from hard_cases.spring_ends import spring_contacts
 from hard_cases.straight_strip import springs, straight
 
 OUTPUT = Path(__file__).parent / "hard_cases.json"
@@ -33,6 +36,11 @@ FAMILIES = (
     folds_of_free_shapes,
     words,
     overhanging,
+    free_shapes_touch,
+    meetings,
+    folds_under_load,
+    folds_at_shortening,
+    spring_contacts,
 )
 
 

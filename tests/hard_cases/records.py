@@ -13,9 +13,9 @@ def thrust(P):
     return 4 * mp.pi**2 * mpf(P)
 
 
-def sides(load):
+def sides(load, powers=POWERS):
     """Doubles beside a load with the side they lie on, −1 or 1."""
-    for power in POWERS:
+    for power in powers:
         for side in (-1, 1):
             yield float(load * (1 + side * mpf(10) ** -power)), side
 
