@@ -16,13 +16,7 @@ places that matter are
 so a segment is named by the k of its two ends (`Kind`) and everything else follows from that pair.
 Segments are written in their rising convention and end at k = 1 wherever they end on a wall.
 
-An end held by a spring c lies between a crossing and the turning point next to it, inside the segment: at
-φ = πk + η from a start, πk − η from an end, where (σ = ±1 for a start at even or odd k, or an end at odd
-or even k)
-
-    2√(Fm) cos η = c [σα + 2 asin(√m sin η)],      −σφ₀ ≤ η ≤ π/2.
-
-The left side falls short of the right one at η = π/2 and exceeds it at −σφ₀, so there is a root.
+An end held by a spring c lies between a crossing and the turning point next to it (`held_end`).
 """
 
 from fractions import Fraction
@@ -31,12 +25,10 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.elliptic import integrals
+from elastica.held_end import hold
 
 HALF = Fraction(1, 2)
 TINY = np.finfo(float).tiny
-HOLDING_STEPS = 60
-HOLDING_CONVERGED = 1e-8
-"""A Newton step below this leaves an error of its square."""
 
 
 class Kind(NamedTuple):
@@ -153,48 +145,6 @@ def pendulum(p, kappa, lam, m1=None):
     return Pendulum(p, kappa, lam, F, r, m, m1, sin_half, cos_half, K, DK, f, Df)
 
 
-class HeldEnd(NamedTuple):
-    """An end held by a spring: c, σ, sin η, cos η, Δ = √(1 − m sin²η), F(η|m), D(η|m), its angle σθ."""
-
-    c: float
-    sigma: int
-    sin: np.ndarray
-    cos: np.ndarray
-    delta: np.ndarray
-    F: np.ndarray
-    D: np.ndarray
-    angle: np.ndarray
-
-
-def _held_end(c, sigma, q):
-    """Where on the pendulum `q` the spring holds the strip: Newton for η, kept in its bracket."""
-    root_m, alpha = np.sqrt(q.m), sigma * q.alpha
-    low = -sigma * np.arctan2(2 * q.r * q.sin_half_alpha, q.kappa)
-    high = np.full_like(low, np.pi / 2)
-    stiff = c / (c + q.r)
-    # A strip without load from the walls has a held end at cot η = c/√F.
-    eta = np.clip(np.arctan2(q.r, c) - stiff * np.maximum(sigma * q.sin_half_alpha, 0), low, high)
-    scale = 1 / max(1.0, c)
-    live = np.ones(eta.shape, bool)
-    for _ in range(HOLDING_STEPS):
-        sin, cos = np.sin(eta), np.cos(eta)
-        delta = np.sqrt(cos * cos + q.m1 * sin * sin)
-        excess = scale * (2 * q.r * root_m * cos - c * (alpha + 2 * np.arctan2(root_m * sin, delta)))
-        slope = -2 * scale * root_m * (q.r * sin + c * cos / delta)
-        low, high = np.where(excess > 0, eta, low), np.where(excess > 0, high, eta)
-        step = -excess / slope
-        outside = ~((eta + step > low) & (eta + step < high)) & (excess != 0)
-        ahead = np.where(outside, 0.5 * (low + high), eta + step)
-        eta = np.where(live, ahead, eta)
-        live = live & (outside & (high - low > 1e-15) | (np.abs(step) > HOLDING_CONVERGED))
-        if not live.any():
-            break
-    sin, cos = np.sin(eta), np.cos(eta)
-    delta = np.sqrt(cos * cos + q.m1 * sin * sin)
-    _, _, F, D = integrals(q.m1, sin, cos)
-    return HeldEnd(c, sigma, sin, cos, delta, F, D, alpha + 2 * np.arctan2(root_m * sin, delta))
-
-
 class Arc(NamedTuple):
     """A segment of `kind` on the pendulum `q`: ΔF, ΔD = Δ(F − E)/m and κ_start − κ_end, arrays."""
 
@@ -217,7 +167,7 @@ def arc(kind, q):
     F, D, jump = first * q.K, first * q.DK, second * q.kappa
     if second:
         F, D = F + second * q.f, D + second * q.Df
-    held = [_held_end(c, sigma, q) for c, sigma in kind.springs]
+    held = [hold(c, sigma, q) for c, sigma in kind.springs]
     for end in held:
         F, D = F - end.F, D - end.D
         jump = jump + 2 * end.sigma * q.r * np.sqrt(q.m) * end.cos
@@ -227,7 +177,7 @@ def arc(kind, q):
 def start_phase(kind, q):
     """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
     if np.isfinite(kind.start_spring):
-        return 2 * float(kind.start) * q.K + _held_end(*kind.springs[0], q).F
+        return 2 * float(kind.start) * q.K + hold(*kind.springs[0], q).F
     return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
 
 

@@ -12,8 +12,8 @@ eigenvalues within
 * any other eigenvalue in there is `critical`.
 
 A flat stretch buckles off the wall when the pooled flat links, clamped at both ends, have a negative
-direction. Free segments of length ℓ are shorter by ℓq²h²/24 than those of the strip, waves of the chain being
-as much ahead of the strip's, and a longer flat stretch buckles earlier: 4π²/ℓ_f² changes by 8π²/ℓ_f³ times that.
+direction. Free segments of length ℓ are shorter than those of the strip by ℓq²h²/24, as the chain's waves run
+ahead, which leaves more to lie flat.
 """
 
 from typing import NamedTuple
@@ -33,7 +33,7 @@ UNRESOLVED_CURVATURE = 2.0
 """κ in units of λh below which published links cannot tell a shift of the contact from a turn."""
 SECOND_ORDER = 1 / 12
 FREE_LENGTH_SAFETY = 4.0
-"""Over the ℓq²h²/24 by which free segments are shorter, as much as it grows next to the fold of line states."""
+"""Multiple of ℓq²h²/24 for the shortening of free segments, which grows next to the fold of line states."""
 
 
 class Verdict(NamedTuple):
@@ -67,8 +67,8 @@ def judge(state, published=False, fixed_shortening=False):
     critical = nullity != zeros
     if state.pattern.line:
         flat = _flat_links(state)
-        slack += _flat_slack(state, slack)
-        sure, possible = (flat.mass.size > 2 and count_below(flat, bound) > 0 for bound in (-slack, slack))
+        bounds = _flat_bounds(state, slack)
+        sure, possible = (flat.mass.size > 2 and count_below(flat, bound) > 0 for bound in bounds)
         index += sure
         nullity += possible != sure
         critical |= possible != sure
@@ -113,11 +113,14 @@ def _resolved(state, published):
     )
 
 
-def _flat_slack(state, slack):
-    """How far the lowest eigenvalue of the flat stretch is off because the free segments are."""
+def _flat_bounds(state, slack):
+    """Eigenvalues of the flat stretch below which it has surely buckled, and may have: it may be longer."""
     flat = float(np.sum(state.cuts[1::2] - state.cuts[::2]))
     shift = FREE_LENGTH_SAFETY * slack / (2 * resultant(state)) * (1 - flat)
-    return 8 * np.pi**2 * shift / max(flat, shift, state.strip.h) ** 3
+    shorter, here, longer = (
+        (2 * np.pi / max(length, state.strip.h)) ** 2 for length in (flat - shift, flat, flat + shift)
+    )
+    return here - shorter - slack, here - longer + slack
 
 
 def _flat_links(state):

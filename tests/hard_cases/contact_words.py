@@ -69,8 +69,7 @@ def patterns(state, ends, most):
         (Kind(end, "A" if is_a else "S"), 0, 1) for end, is_a in zip(ends.split("-"), sides, strict=True)
     ]
     inner = [
-        (Kind("clamped", "A"), 1, 1) if a == b else (Kind("clamped", "S"), -1, 1)
-        for a, b in pairwise(word)
+        (Kind("clamped", "A"), 1, 1) if a == b else (Kind("clamped", "S"), -1, 1) for a, b in pairwise(word)
     ]
     plain = [outer[0], *inner, outer[1]]
     mirror = word[::-1] if word[-1] == "U" else word[::-1].translate(str.maketrans("UD", "DU"))

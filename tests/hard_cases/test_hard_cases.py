@@ -47,7 +47,7 @@ def judge(s, i, record):
     if s.periods[i].any() and "periods" not in record:
         # Beyond a fold the name passes to a state with further periods.
         status = Status.NO_EQUILIBRIUM
-    if record.get("periods") and status != Status.NO_EQUILIBRIUM and s.periods[i].tolist() != record["periods"]:
+    if record.get("periods") and s.periods[i].tolist() != record["periods"]:
         return "wrong"
     if stability == Stability.CRITICAL and record["status"] != "no_equilibrium":
         return "critical"
