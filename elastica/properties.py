@@ -6,7 +6,7 @@ This is where the parts meet: segments, walls (`admissibility`), verdicts (`stab
 
 import numpy as np
 
-from elastica.accuracy import SAFETY, rounding_bounds
+from elastica.accuracy import SAFETY, bounds_at_shortening, rounding_bounds
 from elastica.admissibility import clearance
 from elastica.alternating import TINY_THRUST
 from elastica.branch import bordered
@@ -131,8 +131,14 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
     )
     terms = bending + p * shorter
     delta_energy = delta_energy + SAFETY * ROUNDING * terms
+    curved = delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST))
+    if fixed_shortening:
+        distinct = np.stack([lam[place[segment]] for segment in segments])
+        along = bounds_at_shortening(segments, arcs, p, H, distinct, delta_total, state.line)
+        curved, delta_length = np.maximum(curved, along[0]), delta_length + along[1]
+        delta_energy = delta_energy + p * shorter * along[2]
     relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
-    error = np.max([delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST)), delta_length, relative], axis=0)
+    error = np.max([curved, delta_length, relative], axis=0)
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)
@@ -144,7 +150,6 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
         if fixed_shortening:
-            distinct = np.stack([lam[place[segment]] for segment in segments])
             linear = bordered(segments, p, H, kappa / np.sqrt(p), distinct)
             index = index - (linear.shortening_k * linear.load_k < 0)
             critical = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * (

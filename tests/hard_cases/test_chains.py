@@ -1,4 +1,4 @@
-"""Chains of 10² to 10⁵ links beside Euler loads and transitions: right, or critical where links cannot tell."""
+"""Chains of 10² to 10⁵ links beside Euler loads and transitions: right, or critical where they cannot tell."""
 
 import warnings
 
