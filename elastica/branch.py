@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
-from elastica.newton import Bracket, Roots
+from elastica.newton import Bracket, Roots, sign_known
 from elastica.segments import arc, geometry, pendulum, shortening, steepest
 from elastica.states import Segment
 from elastica.sweep import Table, every_root
@@ -24,6 +24,8 @@ END_STEPS = 24
 LONGEST_FREE_PERIOD = 7.6
 """√p times the longest period below 90°, a little more than 4K(½)."""
 MOST_STEPS = 40
+MET = 1e-10
+"""Relative error of a shortening that is met as well as the worst conditioned points allow."""
 FREE_NODES = (0.02, 0.1, *np.arange(0.2, 1.9, 0.1), *np.arange(1.84, 1.985, 0.02))
 
 
@@ -123,11 +125,15 @@ def settle(segments, H, k, p, lam, target=None, bracket=None):
         if not live.size:
             break
         b = bordered(segments, p[live], H[live], k[live], lam[:, live])
-        step_k = np.zeros(live.size)
+        step_k, trusted = np.zeros(live.size), True
         if target is not None:
             missing = b.shorter - target[live] - b.shorter_load / b.excess_load * b.excess
-            step_k = -missing / b.shortening_k
-            step_k, _ = bracket.confine(live, k[live], missing, np.ones(live.size, bool), step_k)
+            aside = np.maximum(np.abs(b.across).max(axis=0), np.abs(b.excess / b.excess_load))
+            step_k, replaced = bracket.confine(
+                live, k[live], missing, sign_known(missing, aside), -missing / b.shortening_k
+            )
+            # A step to the middle is small when the interval is, whatever is in it.
+            trusted = ~replaced | (np.abs(missing) <= MET * target[live])
         step_load = -(b.excess + b.excess_k * step_k) / b.excess_load
         step_lam = b.across + b.along_k * step_k + b.along_load * step_load
         size = np.maximum(np.abs(step_lam).max(axis=0), np.abs(step_load))
@@ -139,7 +145,7 @@ def settle(segments, H, k, p, lam, target=None, bracket=None):
         grow = np.exp(shrink * step_load)
         p[live] *= grow
         lam[:, live] *= grow
-        converged = (size < 1e-9) | ((size < 1e-6) & (size > 0.5 * previous[live]))
+        converged = ((size < 1e-9) | ((size < 1e-6) & (size > 0.5 * previous[live]))) & trusted
         found[live] = converged
         previous[live] = size
         live = live[~converged & np.isfinite(size)]

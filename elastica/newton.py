@@ -82,7 +82,7 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         if not fixed_kappa:
             rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
         if bracket is not None:
-            known = _sign_known(arrow.excess, rises)
+            known = sign_known(arrow.excess, rises)
             step_kappa, replaced = bracket.confine(live, kappa_, arrow.excess, known, step_kappa)
         step_lam = arrow.across + arrow.along * step_kappa
         size = _relative(step_kappa, step_lam, p_, kappa_, lam_)
@@ -221,10 +221,14 @@ def _small(size):
     return size < 1e-9
 
 
-def _sign_known(excess, rises):
-    """Whether rises that are off by the relative size `rises` leave the sign of the excess to second order.
+def sign_known(excess, rises):
+    """Whether rises that are off by the relative size `rises` leave the sign of an excess to second order.
 
     Near a fold the excess is tiny on both sides of the root.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
     """
     return np.abs(excess) > 10 * rises**2
 

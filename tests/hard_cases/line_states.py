@@ -118,6 +118,14 @@ def pitchfork():
                 )
 
 
+def beyond_the_pitchfork():
+    """Above that load there is no asymmetric state without further periods."""
+    for H in (1e-3, 0.02, 0.05, 0.1, 0.15):
+        for P, side in sides(onset(CC, H, 1)):
+            if side > 0:
+                yield case("pitchfork", "Ua", CC, P, H, "no_equilibrium")
+
+
 def flat_buckles():
     """The line state beside the load at which its flat stretch buckles, p ℓ_f² = 4π²."""
     for ends in (CC, PP):

@@ -13,7 +13,13 @@ from pathlib import Path
 
 from hard_cases.folds import folds_at_shortening, folds_under_load
 from hard_cases.free_shapes import buckling, folds_of_free_shapes, loops
-from hard_cases.line_states import flat_buckles, folds_of_lines, pitchfork, point_to_line
+from hard_cases.line_states import (
+    beyond_the_pitchfork,
+    flat_buckles,
+    folds_of_lines,
+    pitchfork,
+    point_to_line,
+)
 from hard_cases.long_words import words
 from hard_cases.meetings import free_shapes_touch, meetings
 from hard_cases.one_contact import narrow, overhanging, touching
@@ -41,6 +47,7 @@ FAMILIES = (
     folds_under_load,
     folds_at_shortening,
     spring_contacts,
+    beyond_the_pitchfork,
 )
 
 

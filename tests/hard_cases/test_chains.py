@@ -1,4 +1,4 @@
-"""Chains of 10² to 10⁵ links beside Euler loads and transitions: right, or critical where they cannot tell."""
+"""Chains of 10² to 10⁵ links beside Euler loads and transitions: right, or critical where in doubt."""
 
 import warnings
 
