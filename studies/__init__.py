@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from studies.checking import check as check
     from studies.errors import StudyError as StudyError
     from studies.files import open as open
+    from studies.loading import loading_path as loading_path
     from studies.plan import Plan as Plan
     from studies.runner import run as run
     from studies.study import Study as Study
@@ -27,6 +28,7 @@ _HOME = {
     "check": "checking",
     "Catalog": "catalog",
     "plot": "plot",
+    "loading_path": "loading",
 }
 
 __all__ = sorted(_HOME)

@@ -1,0 +1,191 @@
+"""Quasi-static loading: a strip that is pushed and released slowly, as one dataset along its steps.
+
+Left out: the mechanics of a lost state (`elastica.quasistatic`).
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from elastica.codes import Stability
+from elastica.ends import parse_ends
+from elastica.quasistatic import passage, unloaded
+from elastica.solution import LARGEST_LOAD
+from studies.errors import StudyError
+from studies.schema import VARIABLES
+
+if TYPE_CHECKING:
+    import xarray
+
+UNKNOWN = "?"
+LARGEST = {"P": LARGEST_LOAD, "shortening": 1.0}
+VALUES = ("P", "shortening", "energy", "bending_energy", "curvature")
+
+
+def loading_path(
+    ends: str = "clamped-clamped",
+    H: float | None = None,
+    *,
+    P: ArrayLike | None = None,
+    shortening: ArrayLike | None = None,
+) -> "xarray.Dataset":
+    """Follow the stable state of a strip while load or shortening is changed slowly.
+
+    The strip is straight and unloaded at first and is brought to the first value from there. It stays in
+    its state until that is lost; if another stable state begins there with the same shape it passes into
+    it, otherwise it jumps to where a chain of rigid links goes by steepest descent.
+
+    Parameters
+    ----------
+    ends : str
+    H : float
+        Half gap, between 0 and 0.5.
+    P, shortening : array_like, shape (steps,)
+        Either the loads or the shortenings, dimensionless, in the order in which they are applied.
+
+    Returns
+    -------
+    xarray.Dataset
+        Along `step`: `P`, `shortening`, `state` (without the number of a root), `stability`, `energy`,
+        `bending_energy`, `curvature`; `jump` (whether the strip jumped since the step before) with
+        `event_control`, the load or shortening at which it did, or at which it passed smoothly into
+        another state (the last of several, jumps before others; NaN where neither happened), and
+        `other_state`, a state that it may have jumped to as well because chains disagree. At zero
+        shortening the load is that at which the strip buckles. Where the strip cannot be followed, `state`
+        is "?" from there on and the attribute `stopped` says why.
+
+    Raises
+    ------
+    StudyError
+        If the ends, the gap or a value makes no sense, or not exactly one of P and shortening is given.
+
+    Examples
+    --------
+    >>> path = loading_path("pinned-pinned", H=0.1, P=[0.2, 0.5, 2.0, 0.5])
+    >>> path["state"].values.tolist(), path["jump"].values.any().item()
+    (['0', 'U', 'U-', 'U'], False)
+    """
+    import xarray
+
+    control, given = _controls(P, shortening)
+    ends, H = _strip(ends, H)
+    arcs, on, events, stopped = _followed(unloaded(ends, H, control), given)
+    values = {name: np.full(given.size, np.nan) for name in VALUES}
+    stability = np.full(given.size, Stability.NOT_SOLVED, np.int8)
+    state = np.full(given.size, UNKNOWN, "<U64")
+    for number, arc in enumerate(arcs):
+        rows = np.flatnonzero(on == number)
+        if rows.size:
+            solution = arc.at(given[rows])
+            for name in VALUES:
+                values[name][rows] = getattr(solution, name)
+            stability[rows] = solution.stability
+            state[rows] = arc.state.name
+    values[control] = given
+    columns = {name: (values[name], VARIABLES[name].attributes) for name in VALUES}
+    columns["state"] = (
+        state,
+        {
+            "long_name": "name of the state",
+            "comment": "without the number of a root; ? where it is not known",
+        },
+    )
+    columns["stability"] = stability, VARIABLES["stability"].attributes
+    columns |= _event_columns(events, given.size, VARIABLES[control])
+    dataset = xarray.Dataset(
+        {name: ("step", column, attributes) for name, (column, attributes) in columns.items()},
+        {"step": ("step", np.arange(given.size), {"long_name": "number of the step"})},
+        {
+            "Conventions": "CF-1.11",
+            "title": f"Quasi-static loading of a {ends} strip between walls",
+            "ends": str(ends),
+            "H": H,
+            "control": control,
+        },
+    )
+    if stopped:
+        dataset.attrs["stopped"] = stopped
+    for name in ("state", "other_state"):
+        # Character arrays: what every netCDF reader understands.
+        dataset[name].encoding["dtype"] = "S1"
+    return dataset
+
+
+def _followed(arc, given):
+    """Which arc the strip is on at each step.
+
+    Returns
+    -------
+    arcs : list of Arc
+    on : ndarray of int, shape (steps,)
+        Positions in `arcs`, −1 where the strip is lost.
+    events : list of (step, Passage)
+        What happened on the way to each step.
+    stopped : str
+        Why the strip is lost, if it is.
+    """
+    arcs, passages = [arc], {}
+    on, events = np.full(given.size, -1), []
+    here = 0
+    for step, value in enumerate(given):
+        while not arcs[here].low <= value <= arcs[here].high:
+            way = here, bool(value > arcs[here].high)
+            if way not in passages:
+                event = passage(arcs[here], way[1])
+                if event.arc is None:
+                    return arcs, on, events, event.reason
+                known = [number for number, known in enumerate(arcs) if known.covers(event.arc)]
+                arcs += [] if known else [event.arc]
+                passages[way] = event, known[0] if known else len(arcs) - 1
+            event, here = passages[way]
+            events.append((step, event))
+        on[step] = here
+    return arcs, on, events, ""
+
+
+def _event_columns(events, steps, control):
+    """Columns that say what happened on the way to each step but the first."""
+    jump, at, other = np.zeros(steps, bool), np.full(steps, np.nan), np.full(steps, "", "<U64")
+    for step, event in events:
+        if step and (event.jump or not jump[step]):
+            jump[step], at[step], other[step] = event.jump, event.given, event.other
+    return {
+        "jump": (jump, {"long_name": "whether the strip jumped since the step before"}),
+        "event_control": (
+            at,
+            {"long_name": f"{control.long_name} at which the state changed", "units": "1"},
+        ),
+        "other_state": (other, {"long_name": "another state that the strip may have jumped to"}),
+    }
+
+
+def _controls(P, shortening):
+    """Name and values of what is prescribed."""
+    if (P is None) == (shortening is None):
+        raise StudyError("give either P or shortening: one is prescribed, the other follows")
+    control, values = ("P", P) if shortening is None else ("shortening", shortening)
+    try:
+        given = np.asarray(values, float)
+    except (TypeError, ValueError):
+        raise StudyError(f"{control} = {values!r}: give a list of numbers, one a step") from None
+    if given.ndim != 1 or not given.size:
+        raise StudyError(f"{control} has the shape {given.shape}; give a list of numbers, one a step")
+    bad = np.flatnonzero(~((given >= 0) & (given <= LARGEST[control])))
+    if bad.size:
+        raise StudyError(
+            f"{control} = {given[bad[0]]:g} at step {bad[0]} is not possible; give numbers from 0 to "
+            f"{LARGEST[control]:g}"
+        )
+    return control, given
+
+
+def _strip(ends, H):
+    """End conditions and half gap."""
+    try:
+        ends = parse_ends(ends)
+    except ValueError as problem:
+        raise StudyError(str(problem)) from None
+    if not isinstance(H, (int, float, np.number)) or not 0 < H < 0.5:
+        raise StudyError(f"H = {H!r} is not possible; give one half gap between 0 and 0.5")
+    return ends, float(H)

@@ -1,0 +1,154 @@
+"""Quasi-static loading: where states are lost, where the strip goes from there, and the dataset of it."""
+
+import numpy as np
+import pytest
+import xarray as xr
+from brute_force.chain import minimise
+
+import elastica
+import studies
+from elastica.arcs import arc_through
+from elastica.quasistatic import CHAINS, passage
+from studies import StudyError, loading_path
+
+CC, PP = "clamped-clamped", "pinned-pinned"
+UP = np.array([0.0, 0.002, 0.0061, 0.0064, 0.007, 0.0075, 0.0076, 0.009, 0.02, 0.0265])
+SHORTENINGS = np.concatenate([UP, [0.02, 0.009, 0.00745, 0.0074, 0.00738, 0.007, 0.0]])
+
+
+@pytest.fixture(scope="module")
+def shortened():
+    return loading_path(CC, 0.05, shortening=SHORTENINGS)
+
+
+@pytest.fixture(scope="module")
+def loaded():
+    return loading_path(CC, 0.05, P=[0.0, 0.9, 1.002, 2.0, 3.9, 4.0, 6.0, 2.1, 2.0, 0.5])
+
+
+def words(path):
+    return path["state"].values.tolist()
+
+
+def jumps(path):
+    return dict(
+        zip(np.flatnonzero(path["jump"]).tolist(), path["event_control"].values[path["jump"]], strict=True)
+    )
+
+
+def test_loop_at_prescribed_shortening(shortened):
+    rising = ["0", "B1", "B1", "U", "U", "U", "Ua", "Ua", "Ua", "UD"]
+    assert words(shortened) == [*rising, "Ua", "Ua", "Ua", "Ua", "U", "U", "0"]
+    at = jumps(shortened)
+    assert list(at) == [6, 14]
+    assert at[6] == pytest.approx(0.00754507562, rel=1e-8)
+    assert at[14] == pytest.approx(0.007386777, abs=1e-9)
+    touched = elastica.solve("U", P=1.003107058816, H=0.05).shortening
+    assert shortened["event_control"][3] == pytest.approx(float(touched), rel=1e-9)
+    assert shortened["P"].values[[0, -1]].tolist() == [1.0, 1.0]
+    assert set(shortened["other_state"].values) == {""}
+
+
+def test_small_deflections():
+    H = 0.002
+    path = loading_path(CC, H, shortening=H**2 * np.array([2.999, 3.0001, 2.939, 2.937]))
+    assert words(path) == ["U", "Ua", "Ua", "U"]
+    at = jumps(path)
+    assert at[1] / H**2 == pytest.approx(3, rel=5e-5)
+    assert at[3] / H**2 == pytest.approx(2.937848, rel=5e-5)
+    assert path["P"][1] == pytest.approx(3.355451, abs=5e-4)
+
+
+def test_arcs_end_where_theory_says():
+    ua = arc_through(elastica.solve("Ua", P=3.0, H=0.05), "shortening")
+    assert ua.end(True).P == pytest.approx(2.066078, abs=1e-6)
+    assert ua.end(False).P == pytest.approx(3.65445, abs=5e-6)
+    assert ua.low == pytest.approx(0.007386777, abs=1e-9)
+    assert arc_through(elastica.solve("Ua", P=3.0, H=0.05), "P") is None
+    u = arc_through(elastica.solve("U", P=3.0, H=0.1), "P")
+    assert (u.low, u.high) == pytest.approx((1.0127127055026, 3.9378211842362), rel=1e-11)
+    flat = arc_through(elastica.solve("U-", P=2.0, H=0.05, ends=PP), "P")
+    assert flat.high == pytest.approx(3.9685924505, rel=1e-10)
+
+
+def test_loop_under_load(loaded):
+    assert words(loaded) == ["0", "0", "B1", "U", "U", "UD", "UD", "UD", "U", "0"]
+    at = jumps(loaded)
+    assert list(at) == [5, 8]
+    assert at[5] == pytest.approx(3.984869364316, rel=1e-11)
+    assert at[8] == pytest.approx(2.066078, abs=1e-6)
+    assert loaded["event_control"][2] == 1.0
+    assert (np.diff(loaded["energy"])[4] < 0) and loaded["shortening"][5] > 3 * loaded["shortening"][4]
+
+
+@pytest.mark.parametrize("name", ["shortened", "loaded"])
+def test_every_row_is_a_state_that_solve_finds(name, request):
+    path = request.getfixturevalue(name)
+    for word, P, shortening, energy, bending in zip(
+        *(path[n].values for n in ("state", "P", "shortening", "energy", "bending_energy")), strict=True
+    ):
+        if word != "0":
+            s = elastica.solve(word, P=P, H=0.05)
+            assert (s.shortening, s.energy, s.bending_energy) == pytest.approx(
+                (shortening, energy, bending), rel=1e-6
+            )
+
+
+def test_a_chain_that_is_minimised_along_the_path_jumps_with_the_strip(shortened):
+    n, rng = 200, np.random.default_rng(3)
+    theta = 0.05 * np.sin(2 * np.pi * (np.arange(n) + 0.5) / n)
+    for step in range(1, SHORTENINGS.size - 1):
+        nudged = theta * (1 + 0.01 * rng.normal()) + 2e-4 * rng.normal() * np.cos(np.pi * np.arange(n) / n)
+        found = minimise(nudged, None, 0.05, CC, shorter=SHORTENINGS[step])
+        theta = found.theta
+        assert found.success
+        assert found.energy == pytest.approx(float(shortened["bending_energy"][step]), rel=4e-3), step
+
+
+def test_a_flat_stretch_between_pins_buckles_under_load():
+    path = loading_path(PP, 0.1, P=[0.2, 0.5, 2.0, 3.8, 3.9, 3.0])
+    assert words(path) == ["0", "U", "U-", "U-", "UDU", "UDU"]
+    assert jumps(path) == {4: pytest.approx(3.8506274993, rel=1e-10)}
+
+
+def test_what_cannot_be_followed_is_said():
+    path = loading_path(CC, 0.1, P=[6.0, 7.0, 6.0])
+    assert words(path) == ["UD", "?", "?"]
+    assert np.isnan(path["energy"][1:]).all() and path["P"].values.tolist() == [6.0, 7.0, 6.0]
+    assert path.attrs["stopped"].startswith("UD is lost at P = 6.9615617")
+    assert "degrees" in path.attrs["stopped"]
+
+
+def test_chains_that_disagree_are_named():
+    arc = arc_through(elastica.solve("UD", P=8.0, H=0.05), "P")
+    first = passage(arc, True)
+    assert first.jump and first.other != first.arc.state.name
+    assert len({links for links, _ in CHAINS}) == 2
+
+
+def test_the_dataset_survives_a_file(shortened, tmp_path):
+    shortened.to_netcdf(tmp_path / "path.nc")
+    with xr.open_dataset(tmp_path / "path.nc") as back:
+        assert back["jump"].dtype == bool and back["stability"].dtype == np.int8
+        assert back["P"].attrs["long_name"] == "thrust"
+        assert back.attrs["control"] == "shortening" and back.attrs["ends"] == CC
+        xr.testing.assert_equal(back.load(), shortened)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"H": 0.1}, "either P or shortening"),
+        ({"H": 0.1, "P": [1], "shortening": [0.1]}, "either P or shortening"),
+        ({"H": 0.6, "P": [1]}, "H = 0.6"),
+        ({"P": [1]}, "H = None"),
+        ({"H": 0.1, "P": [1, np.nan]}, "P = nan at step 1"),
+        ({"H": 0.1, "shortening": [-0.1]}, "shortening = -0.1 at step 0"),
+        ({"H": 0.1, "P": 1.0}, "P has the shape"),
+        ({"H": 0.1, "P": ["much"]}, "list of numbers"),
+        ({"ends": "free-free", "H": 0.1, "P": [1]}, "free-free"),
+    ],
+)
+def test_bad_input_is_one_sentence(arguments, message):
+    with pytest.raises(StudyError, match=message):
+        studies.loading_path(**arguments)
