@@ -5,10 +5,10 @@ import warnings
 import numpy as np
 import pytest
 from mpmath import mp, mpf
+from references.onsets import loads
 
 import elastica
 from elastica import Stability, Status
-from elastica.onsets import loads
 
 CC, CP, PP = "clamped-clamped", "clamped-pinned", "pinned-pinned"
 DISTANCES = [1e-2, 1e-3, 1e-4, 1e-6, 1e-9, 1e-12]
