@@ -48,7 +48,7 @@ def describe(study):
         "library_versions": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
         "numerics_version": NUMERICS_VERSION,
         "host": platform.node(),
-        "command": shlex.join(sys.argv),
+        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
         "platform": f"{sys.platform} {platform.machine()}",
         **_git(),
     }

@@ -246,6 +246,18 @@ def film(
     ------
     StudyError
         If a state does not exist at its point, there is no point, or the ending is another.
+
+    Examples
+    --------
+    A strip that is pushed and released slowly; only its two jumps lie between two frames:
+
+    >>> import numpy as np
+    >>> import studies
+    >>> P = np.concatenate([np.linspace(0.9, 4.5, 40), np.linspace(4.5, 0.9, 40)])
+    >>> path = studies.loading_path("clamped-clamped", H=0.05, P=P)              # doctest: +SKIP
+    >>> points = [(P, 0.05, state, "clamped-clamped") for P, state in zip(path.P.values, path.state.values)]
+    ...                                                                          # doctest: +SKIP
+    >>> studies.plot.film(points, "loop.gif")                                    # doctest: +SKIP
     """
     path = Path(path)
     if path.suffix.lower() != ".gif":

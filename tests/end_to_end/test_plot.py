@@ -208,14 +208,16 @@ def test_unstable_strips_are_hollow(dataset):
         assert "white" in {line.get_color() for line in ax.get_lines()}
 
 
-def test_a_film_has_a_frame_for_each_point(tmp_path):
+def test_a_film_has_a_frame_for_each_point_of_a_loading_path(tmp_path):
     from PIL import Image
 
-    points = [(2.0, 0.1, "U", CC), (3.9, 0.1, "U", CC), (3.9, 0.1, "UD", CC)]
-    studies.plot.film(points, tmp_path / "jump.gif")
-    with Image.open(tmp_path / "jump.gif") as image:
-        assert image.n_frames == 3
-    assert Strip.at(*points[2]).stable
+    path = studies.loading_path(CC, H=0.1, P=[0.9, 2.0, 3.9, 4.2, 3.9])
+    points = [(P, 0.1, state, CC) for P, state in zip(path.P.values, path.state.values, strict=True)]
+    assert [state for _, _, state, _ in points] == ["0", "U", "U", "UD", "UD"]
+    studies.plot.film(points, tmp_path / "loop.gif")
+    with Image.open(tmp_path / "loop.gif") as image:
+        assert image.n_frames == 5
+    assert all(Strip.at(*point).stable for point in points)
     with pytest.raises(StudyError, match="no equilibrium"):
         studies.plot.film([(9.9, 0.2, "UDU", CC)], tmp_path / "none.gif")
 
