@@ -11,10 +11,10 @@ chart: $(VENV)/installed
 	$(BIN)/elastica plot first-chart.nc -o first-chart.png
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist loadfile
 
 verify: lint
-	$(BIN)/python -m pytest --full
+	$(BIN)/python -m pytest -n auto --dist loadfile --full
 
 lint: $(VENV)/test-installed
 	$(BIN)/ruff check .

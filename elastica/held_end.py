@@ -72,9 +72,11 @@ def _start(c, sin_half, slope, first, q):
     square = c * sin_half * (1 - slope * slope) / q.cos_half_alpha
     linear = 2 * (c * slope / q.cos_half_alpha - q.r * sin_half)
     root = np.sqrt(np.maximum(linear * linear + 4 * square * q.kappa, 0))
-    near = np.where(linear > 0, 2 * q.kappa / (linear + root), (root - linear) / (2 * square))
+    rising, convex = linear > 0, square > 0
+    below = np.where(rising, linear + root, np.where(convex, 2 * square, 1.0))
+    near = np.where(rising, 2 * q.kappa, root - linear) / below
     far = np.arctan2(q.r, c) - c / (c + q.r) * np.maximum(sin_half, 0) + first
-    stiff = (square > 0) & (near > 0) & (near < STIFF)
+    stiff = convex & (near > 0) & (near < STIFF)
     return np.where(stiff, near, np.clip(far, 0, first + np.pi / 2))
 
 
