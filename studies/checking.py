@@ -62,13 +62,18 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     with opened(path) as dataset:
         control = control_of(dataset.dimensions)
         axes = ("ends", "H", control, "state")
-        shapes = {name: variable.dimensions for name, variable in dataset.variables.items()}
+        shapes = {name: variable.shape for name, variable in dataset.variables.items()}
         labels = {name: read_labels(dataset.variables[name], path) for name in axes}
         outputs = Outputs() if study is None else study.outputs
-        expected = variables(dict.fromkeys(dataset.dimensions), outputs)
-        missing = [name for name, variable in expected.items() if shapes.get(name) != variable.dims]
+        whole = coordinates(labels["ends"], labels["H"], control, labels[control], labels["state"], outputs)
+        expected = variables(whole, outputs)
+        missing = [
+            name
+            for name, variable in expected.items()
+            if shapes.get(name) != tuple(whole[dim].size for dim in variable.dims)
+        ]
         if missing:
-            raise StudyError(f"{path}: {', '.join(missing)} missing or without its dimensions; damaged")
+            raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
         values = {name: dataset.variables[name][:] for name in expected}
         problems += _conventions(dataset, expected)
     problems += _flags(values) + _ranges(values, labels) + _counts(values, control)

@@ -5,6 +5,7 @@ Addresses are loopback unless the user names another; traffic that leaves the ma
 that of jobs always is.
 """
 
+import logging
 import signal
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
@@ -37,6 +38,7 @@ CERTIFICATES = (
     "…__CLIENT__CERT and …__CLIENT__KEY"
 )
 """Where dask looks for the certificates of a client."""
+TALKATIVE = ("asyncio", "distributed", "distributed.client", "distributed.core", "tornado.application")
 
 
 @contextmanager
@@ -82,6 +84,9 @@ def running_cluster(address):
     import dask
     from distributed import Client
 
+    # A scheduler that is lost is told in one sentence; these would add pages on the way.
+    for name in TALKATIVE:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         with dask.config.set(SHORT_LOGS):
             client = Client(address, timeout=ANSWER, set_as_default=False)

@@ -1,4 +1,7 @@
-"""The error that a user sees as one sentence."""
+"""The error that a user sees as one sentence, and how values are shown in it."""
+
+MOST_SHOWN = 60
+"""Characters of a value in a sentence."""
 
 
 class StudyError(ValueError):
@@ -11,3 +14,12 @@ class FailedPoints(StudyError):
 
 class UnfitWorker(Exception):
     """A worker that cannot compute a study: its address, and why."""
+
+
+def shown(value):
+    """A value from a file, as it fits into one sentence."""
+    try:
+        text = repr(value)
+    except ValueError:  # A whole number of more digits than Python writes.
+        text = "a number of thousands of digits"
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}…"

@@ -17,7 +17,8 @@ import numpy as np
 
 from studies.errors import StudyError
 from studies.sandbox import Lost, call
-from studies.schema import CONTROLS, COORDINATES, FORMAT_VERSION
+from studies.schema import COORDINATES, FORMAT_VERSION
+from studies.structure import fault
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -328,6 +329,7 @@ def _identify(path, read):
                 variable.__dict__, variable.filters(), variable.chunking()
             for name in present & (set(read) | dims):
                 dataset.variables[name][:]
+            wrong = fault(dataset)
     except StudyError:
         raise
     except READING_FAILS as problem:
@@ -341,9 +343,6 @@ def _identify(path, read):
             f"{path}: format {version} is newer than {FORMAT_VERSION}, which this version reads; "
             "install a newer constrained-elastica"
         )
-    missing = {"ends", "H", "state", "status"} - present
-    if not dims & set(CONTROLS):
-        missing.add("P")
-    if missing:
-        raise StudyError(f"{path}: {', '.join(sorted(missing))} is missing; the file is damaged")
+    if wrong:
+        raise StudyError(f"{path}: the file is damaged ({wrong})")
     return attributes

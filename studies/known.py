@@ -45,6 +45,8 @@ def read_finished(path):
     with damage_told(path):
         content = call(content_hash, path, limit=reading_limit(path))
         study = Study.from_dict(json.loads(attributes["config_json"]), path)
+        if study.study_id != attributes["study_id"]:
+            raise StudyError(f"{path}: study_id does not belong to the study in config_json; damaged")
         with opened(path) as file:
             axes = ("ends", "H", control_of(file.dimensions))
             ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)

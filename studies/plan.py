@@ -5,6 +5,7 @@ never changes a value.
 """
 
 from dataclasses import dataclass
+from itertools import islice
 from math import ceil, prod
 from typing import Any, NamedTuple
 
@@ -13,6 +14,7 @@ import numpy as np
 from elastica.ends import parse_ends
 from elastica.equilibrium import CHUNK, alternates
 from elastica.states import is_canonical, parse_state
+from studies.errors import StudyError
 from studies.evaluate import Block, Scattered, Task
 from studies.refinement import StableStates, first_points, next_points
 from studies.schema import coordinates, variables
@@ -42,6 +44,8 @@ LARGEST_BLOCK, LARGEST_SEARCH = 20_000, 4_000
 """Grid points of a block; the second where every root of words with two and more contacts is sought."""
 GAPS_PER_BLOCK = 20
 """Under prescribed shortening, where the cost of a block hardly depends on the other label."""
+MOST_BLOCKS = 1_000_000
+"""Each is one file while the study is computed."""
 LARGEST_ARRAY = 400_000_000
 """Bytes that a block may hold."""
 SMALL = 6.0
@@ -100,6 +104,11 @@ class Plan:
             What finished datasets hold; these points are in no block.
         rest : (tuple of str, ndarray of bool), optional
             Some of the states and the points, shape (ends, H, given), where nothing else is to be computed.
+
+        Raises
+        ------
+        StudyError
+            If there are more blocks than a run can keep account of.
         """
         grid, task = study.grid, study.task
         wanted = np.ones((len(grid.ends), len(grid.H), len(grid.given)), bool)
@@ -113,12 +122,16 @@ class Plan:
         H, given = len(grid.H), len(grid.given)
         costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
         per_point = _bytes(study, task, points=1)
-        blocks = []
+        blocks: list[Block] = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            blocks += (_rectangular if grid.refine is None else _scattered)(
-                grid, number, wanted[number], size
-            )
+            cut = _rectangular if grid.refine is None else _scattered
+            blocks += islice(cut(grid, number, wanted[number], size), MOST_BLOCKS + 1 - len(blocks))
+            if len(blocks) > MOST_BLOCKS:
+                raise StudyError(
+                    f"study {study.name}: more than {MOST_BLOCKS:,} blocks are too many; use a smaller grid, "
+                    "fewer outputs, or divide it into several studies"
+                )
         points = len(grid.ends) * H * given
         seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
@@ -233,13 +246,14 @@ def _costs(task, ends, control):
 
 def _rectangular(grid, number, wanted, size):
     """Blocks that are rectangles of labels."""
+    row_of, column_of = ({label: i for i, label in enumerate(axis)} for axis in (grid.H, grid.given))
     for gaps, labels in _rectangles(wanted, grid):
         columns = min(len(labels), size)
-        rows = max(1, min(len(gaps), size // columns))
-        for i in range(0, len(gaps), rows):
-            for j in range(0, len(labels), columns):
-                place = number, grid.H.index(gaps[i]), grid.given.index(labels[j])
-                H, given = gaps[i : i + rows], labels[j : j + columns]
+        # Cut once, so that all blocks of a column share its labels.
+        parts = _cut(labels, columns)
+        for H in _cut(gaps, max(1, min(len(gaps), size // columns))):
+            for given in parts:
+                place = number, row_of[H[0]], column_of[given[0]]
                 yield Block(place, grid.ends[number], H, grid.control, given)
 
 
@@ -268,6 +282,10 @@ def _rectangles(wanted, grid):
         )
         for rows in rows_of.values()
     ]
+
+
+def _cut(labels, size):
+    return [labels[i : i + size] for i in range(0, len(labels), size)]
 
 
 def _alternates(state, ends):

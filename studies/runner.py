@@ -45,8 +45,8 @@ class Policy(NamedTuple):
     ----------
     workers : int, optional
         Worker processes on this machine; 0 computes in this process, where a crash ends the run and
-        nothing limits the time. By default as many as there are processors, one helper of this process
-        when the whole study takes but seconds.
+        nothing limits the time. By default as many as there are processors, and one when the whole
+        study takes but seconds. A single worker is a helper of this process; more are a dask cluster.
     client : distributed.Client, optional
         A running cluster to use instead.
     part : (int, int), optional
@@ -346,11 +346,12 @@ def _results(plan, todo, folder, policy, stack, cluster):
     if client is None:
         if policy.workers == 0:
             job = job._replace(limit=None)
-        if policy.workers == 0 or (policy.workers is None and (plan.small or len(todo) == 1)):
+        count = min(processors() if policy.workers is None else policy.workers, len(todo))
+        # One process beside this one survives as much as a cluster of one, and starts at once.
+        if count <= 1 or (policy.workers is None and plan.small):
             return (compute_block(block, job) for block in todo)
-        count = policy.workers or processors()
         # Of a refined study nobody knows how many blocks are to come.
-        client = cluster(count if plan.study.grid.refine else min(count, len(todo)))
+        client = cluster((policy.workers or processors()) if plan.study.grid.refine else count)
     job = job._replace(probe=stack.enter_context(_probe(folder)))
     return dispatch(client, todo, job)
 

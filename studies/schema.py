@@ -212,20 +212,26 @@ def control_of(labels):
     return CONTROLS["shortening" in labels]
 
 
+def every_variable(control):
+    """All variables that a dataset may have where this is prescribed, with the names of its dimensions."""
+    return {
+        name: variable._replace(dims=tuple(control if dim == "control" else dim for dim in variable.dims))
+        for name, variable in VARIABLES.items()
+        if name != control
+    }
+
+
 def variables(labels, outputs):
     """The variables of a dataset, with the names of its dimensions: those it has labels for and asks for."""
-    control = control_of(labels)
     unwanted = {
-        control,
         *(["eigenvalue"] if not outputs.eigenvalues else []),
         *(["frequency"] if not outputs.frequencies else []),
     }
-    named = {
-        name: variable._replace(dims=tuple(control if dim == "control" else dim for dim in variable.dims))
-        for name, variable in VARIABLES.items()
-        if name not in unwanted
+    return {
+        name: variable
+        for name, variable in every_variable(control_of(labels)).items()
+        if name not in unwanted and set(variable.dims) <= set(labels)
     }
-    return {name: variable for name, variable in named.items() if set(variable.dims) <= set(labels)}
 
 
 def per_state(labels, outputs):

@@ -14,7 +14,7 @@ from pydantic import ValidationError, model_validator
 
 from elastica.chain.profile import parse_profile
 from elastica.states import parse_state, states
-from studies.errors import StudyError
+from studies.errors import MOST_SHOWN, StudyError, shown
 from studies.evaluate import Task
 from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
 
@@ -86,6 +86,8 @@ class Study(Table):
             raise StudyError(f"{path}: {problem.strerror}; give the path of a study file") from None
         except (ValueError, RecursionError) as problem:
             reason = str(problem).splitlines()[0]
+            if len(reason) > 2 * MOST_SHOWN:  # The end says where.
+                reason = f"{reason[:MOST_SHOWN]}…{reason[-MOST_SHOWN:]}"
             raise StudyError(f"{path}: this is no TOML file ({reason}); mend or replace it") from None
         return cls.from_dict(content, path)
 
@@ -186,7 +188,7 @@ def _explain(problem):
     """The first error of a validation as one sentence: key, value, remedy."""
     error = problem.errors()[0]
     where = tuple(str(part) for part in error["loc"])
-    key = ".".join(where)
+    key = ".".join(part if part.isprintable() and len(part) <= MOST_SHOWN else shown(part) for part in where)
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
         allowed = ", ".join(ALLOWED_KEYS.get(where[:-1], Range).model_fields)
@@ -199,4 +201,4 @@ def _explain(problem):
             message = _explain(error["ctx"]["error"])
         return f"{key}: {message}" if key else message
     remedy = REMEDIES.get(kind, error["msg"][:1].lower() + error["msg"][1:])
-    return f"{key} = {value!r} is not allowed; {remedy}"
+    return f"{key} = {shown(value)} is not allowed; {remedy}"

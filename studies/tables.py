@@ -24,12 +24,15 @@ from pydantic import (
 from elastica.chain.solution import CLAMPS, LINKS, check_chain
 from elastica.ends import parse_ends
 from elastica.states import parse_state, states
+from studies.errors import shown
 
 LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000
 MOST_POINTS = 1_000_000_000
 LARGEST_NUMBER = 1e300
 MOST_LEVELS, MOST_AUDITED = 8, 1000
+MOST_LETTERS = 100
+"""Of the name of a state or of an end condition."""
 
 
 class Table(BaseModel):
@@ -46,11 +49,13 @@ def canonical(value):
 def _number(value):
     number = isinstance(value, (int, float)) and not isinstance(value, bool)
     if not number or abs(value) > LARGEST_NUMBER or math.isnan(value):
-        raise ValueError(f"{str(value)[:40]} is not a finite number; write one such as 0.1")
+        raise ValueError(f"{shown(value)} is not a finite number; write one such as 0.1")
     return value
 
 
 Number = Annotated[float, BeforeValidator(_number)]
+Whole = Annotated[StrictInt, Field(ge=-(2**63), lt=2**63)]
+Name = Annotated[StrictStr, Field(max_length=MOST_LETTERS)]
 
 
 class Range(Table):
@@ -122,7 +127,7 @@ def _axis(value, info: ValidationInfo):
     elif isinstance(value, dict):
         value = Range(**value).values()
     if not isinstance(value, (list, tuple, np.ndarray)):
-        raise ValueError(f"{value!r} is neither a list nor {{ start = …, stop = …, num = … }}")
+        raise ValueError(f"{shown(value)} is neither a list nor {{ start = …, stop = …, num = … }}")
     labels = _canonical_labels(value)
     if not labels:
         raise ValueError("the axis is empty; give at least one value")
@@ -151,7 +156,7 @@ class About(Table):
 class Grid(Table):
     """`[grid]`: end conditions, half gaps, and loads or shortenings, all of them or refined."""
 
-    ends: Annotated[tuple[StrictStr, ...], Field(min_length=1)]
+    ends: Annotated[tuple[Name, ...], Field(min_length=1)]
     # Before the axes, whose labels it decides.
     refine: Refine | None = None
     H: Axis
@@ -163,7 +168,7 @@ class Grid(Table):
     def _known_ends(cls, ends):
         names = tuple(str(parse_ends(name)) for name in ends)
         if len(set(names)) < len(names):
-            raise ValueError(f"{list(ends)} names an end condition twice")
+            raise ValueError(f"{shown(list(ends))} names an end condition twice")
         return names
 
     @field_validator("H")
@@ -222,8 +227,8 @@ class Grid(Table):
 class States(Table):
     """`[states]`: either all up to a number of contacts, or a list of names."""
 
-    max_contacts: StrictInt | None = None
-    names: tuple[StrictStr, ...] | None = None
+    max_contacts: Whole | None = None
+    names: tuple[Name, ...] | None = None
 
     @model_validator(mode="after")
     def _one_way(self):
@@ -240,7 +245,7 @@ class Solve(Table):
     """`[solve]`: how states are computed; `links`, `clamp` and `stiffness` are those of a chain."""
 
     method: Literal["exact", "chain"] = "exact"
-    links: StrictInt | None = None
+    links: Whole | None = None
     clamp: StrictStr | None = None
     stiffness: tuple[float, ...] | None = None
 

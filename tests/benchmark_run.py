@@ -1,50 +1,110 @@
-"""What it costs that a study cannot be lost: a run beside a bare loop over the same blocks.
+"""What it costs that a study cannot be lost: runs beside a bare loop over the same blocks.
 
-`python tests/benchmark_run.py [SECONDS_OF_A_BLOCK]` prints both times; nothing is asserted.
+`python tests/benchmark_run.py [SECONDS_OF_A_BLOCK [BLOCKS [ROUNDS]]]` prints wall and processor time, medians
+of rounds in which loop and runs take turns; start and final dataset are included. Nothing is asserted.
 """
 
 import sys
 import tempfile
+import threading
 import time
 from pathlib import Path
+from statistics import median
+
+import psutil
 
 from studies import Study
 from studies.evaluate import evaluate
 from studies.runner import Policy, compute
+from studies.sandbox import OWN
 
 CONTENT = {
     "study": {"name": "overhead"},
     "grid": {
         "ends": ["clamped-clamped"],
-        "H": {"start": 0.05, "stop": 0.2, "num": 400},
-        "P": {"start": 0.5, "stop": 9.0, "num": 500},
+        "H": {"start": 0.05, "stop": 0.2, "num": 4000},
+        "P": {"start": 0.5, "stop": 9.0, "num": 50},
     },
     "states": {"names": ["0", "B1", "U", "U-"]},
     "outputs": {"eigenvalues": 4},
 }
-BLOCKS = 20
+SAMPLE_EVERY = 0.05
 
 
-def main(seconds=1.0):
+def measured(work):
+    """Wall seconds of some work, and processor seconds of this process and of all that it has started."""
+    spent, finished = {}, threading.Event()
+
+    def sample():
+        for process in psutil.Process().children(recursive=True):
+            try:
+                times = process.cpu_times()
+                spent.setdefault(process.pid, []).append(times.user + times.system)
+            except psutil.Error:
+                continue
+
+    def watch():
+        while not finished.wait(SAMPLE_EVERY):
+            sample()
+
+    # Each run starts its own helper.
+    OWN.__dict__.clear()
+    sample()
+    before = {pid: seconds[0] for pid, seconds in spent.items()}
+    watcher = threading.Thread(target=watch)
+    watcher.start()
+    start, own = time.perf_counter(), time.process_time()
+    work()
+    wall, own = time.perf_counter() - start, time.process_time() - own
+    finished.set()
+    watcher.join()
+    sample()
+    return wall, own + sum(max(seconds) - before.get(pid, 0.0) for pid, seconds in spent.items())
+
+
+def study_of(seconds, blocks):
+    """A plan of so many blocks that take about so long each."""
     study = Study.from_dict(CONTENT)
-    trial = study.plan(block_points=500).blocks[0]
+    columns = len(study.grid.P)
+    trial = study.plan(block_points=columns).blocks[0]
     evaluate(trial, study.task)
-    start = time.perf_counter()
-    evaluate(trial, study.task)
-    rows = max(1, round(seconds / (time.perf_counter() - start)))
-    grid = study.grid.model_copy(update={"H": study.grid.H[: rows * BLOCKS]})
-    plan = study.model_copy(update={"grid": grid}).plan(block_points=500 * rows)
-    start = time.perf_counter()
-    for block in plan.blocks:
-        evaluate(block, study.task)
-    bare = time.perf_counter() - start
-    print(f"{len(plan.blocks)} blocks of {bare / len(plan.blocks):.2f} s, bare loop {bare:.2f} s")
-    for name, policy in (("in this process", Policy(workers=0)), ("one worker", Policy(workers=1))):
+    start = time.process_time()
+    for _ in range(3):
+        evaluate(trial, study.task)
+    rows = max(1, round(3 * seconds / (time.process_time() - start)))
+    grid = study.grid.model_copy(update={"H": study.grid.H[: rows * blocks]})
+    return study.model_copy(update={"grid": grid}).plan(block_points=columns * rows)
+
+
+def main(seconds=1.0, blocks=20, rounds=3):
+    plan = study_of(seconds, int(blocks))
+
+    def bare():
+        for block in plan.blocks:
+            evaluate(block, plan.task)
+
+    def run(workers):
         with tempfile.TemporaryDirectory() as folder:
-            start = time.perf_counter()
-            compute(plan, Path(folder) / "overhead.nc", policy)
-            total = time.perf_counter() - start
-        print(f"{name}: {total:.2f} s, {100 * (total / bare - 1):+.1f} %, start and final dataset included")
+            compute(plan, Path(folder) / "overhead.nc", Policy(workers=workers))
+
+    ways = {
+        "bare loop": bare,
+        "in this process": lambda: run(0),
+        "one worker": lambda: run(1),
+        "two workers": lambda: run(2),
+    }
+    times = {name: [] for name in ways}
+    for _ in range(int(rounds)):
+        for name, work in ways.items():
+            times[name].append(measured(work))
+    loop = [median(column) for column in zip(*times["bare loop"], strict=True)]
+    print(f"{len(plan.blocks)} blocks of {loop[1] / len(plan.blocks):.2f} s")
+    for name, found in times.items():
+        wall, cpu = (median(column) for column in zip(*found, strict=True))
+        print(
+            f"{name:<16} {wall:7.2f} s ({100 * (wall / loop[0] - 1):+.1f} %), "
+            f"processor {cpu:7.2f} s ({100 * (cpu / loop[1] - 1):+.1f} %)"
+        )
 
 
 if __name__ == "__main__":

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-# Python loads it in processes that are to crash, and only there.
-collect_ignore = ["poison"]
+# Python loads them in processes that are to crash or to be watched, and only there.
+collect_ignore = ["poison", "witness"]
 
 settings.register_profile("default", deadline=None, max_examples=40, derandomize=True)
 settings.register_profile("full", deadline=None, max_examples=1000)

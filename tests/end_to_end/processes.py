@@ -1,12 +1,16 @@
 """The `elastica` command in processes of its own, as a user or a cluster starts it."""
 
+import json
 import os
 import subprocess
 import sys
+import time
+from contextlib import contextmanager
 from pathlib import Path
 
 COMMAND = [sys.executable, "-c", "from studies.command_line import main; main()"]
-POISON = Path(__file__).parents[1] / "poison"
+DASK = [sys.executable, "-m", "dask"]
+TESTS = Path(__file__).parents[1]
 
 
 def elastica(*arguments, cwd=None, timeout=300, **environment):
@@ -36,5 +40,50 @@ def start(*arguments, cwd=None, **environment):
 
 def poisoned(death, ends, H, P):
     """Environment in which one point is deadly."""
-    path = os.pathsep.join([str(POISON), *filter(None, [os.environ.get("PYTHONPATH")])])
-    return {"PYTHONPATH": path, "POISON": death, "POISON_POINT": f"{ends} {H} {P}"}
+    return {**_loading("poison"), "POISON": death, "POISON_POINT": f"{ends} {H} {P}"}
+
+
+def witnessed(file):
+    """Environment in which blocks that are begun and done are written down."""
+    return {**_loading("witness"), "WITNESS": str(file)}
+
+
+def _loading(folder):
+    """Environment in which Python begins with the code of a folder."""
+    return {
+        "PYTHONPATH": os.pathsep.join([str(TESTS / folder), *filter(None, [os.environ.get("PYTHONPATH")])])
+    }
+
+
+@contextmanager
+def dask_by_hand(folder, workers=("--nanny", "--no-nanny"), **environment):
+    """A scheduler and workers as separate processes: its address and itself."""
+    file = folder / "scheduler.json"
+
+    def begin(*arguments):
+        return subprocess.Popen(
+            [*DASK, *arguments, "--no-dashboard"],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            env=os.environ | environment,
+        )
+
+    started = [begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))]
+    try:
+        deadline = time.monotonic() + 60
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        of_worker = (
+            "--scheduler-file",
+            str(file),
+            "--nthreads",
+            "1",
+            "--local-directory",
+            str(folder / "dask"),
+        )
+        started += [begin("worker", *of_worker, nanny) for nanny in workers]
+        yield json.loads(file.read_text())["address"], started[0]
+    finally:
+        for process in started[::-1]:
+            process.terminate()
+            process.wait(timeout=60)

@@ -1,23 +1,21 @@
-"""Run a study in small blocks and print how many were computed: `run_blocks.py STUDY OUT WORKERS POINTS`."""
+"""Run a study in blocks of one point: `run_blocks.py STUDY OUT WORKERS`, or an address instead of workers."""
 
 import sys
+from contextlib import ExitStack
 
-from studies import Study, runner
+from studies import Study, StudyError, run
+from studies.cluster import running_cluster
 
 
-def main(study, out, workers, points):
-    results, computed = runner._results, 0
-
-    def counted(*arguments):
-        nonlocal computed
-        for done in results(*arguments):
-            computed += 1
-            yield done
-
-    runner._results = counted
-    runner.run(Study.from_toml(study), out, workers=int(workers), block_points=int(points)).close()
-    print(computed)
+def main(study, out, where):
+    with ExitStack() as stack:
+        by_hand = stack.enter_context(running_cluster(where)) if ":" in where else None
+        workers = None if by_hand else int(where)
+        run(Study.from_toml(study), out, workers=workers, client=by_hand, block_points=1).close()
 
 
 if __name__ == "__main__":
-    main(*sys.argv[1:])
+    try:
+        main(*sys.argv[1:])
+    except StudyError as problem:
+        sys.exit(str(problem))

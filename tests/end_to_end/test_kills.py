@@ -5,15 +5,17 @@ import signal
 import subprocess
 import sys
 import time
+from collections import Counter
+from contextlib import ExitStack
 from pathlib import Path
 
 import psutil
 import pytest
 from end_to_end.conftest import TOML
+from end_to_end.processes import dask_by_hand, witnessed
 
 import studies
 from studies.files import identify
-from studies.shards import find_shards
 
 BLOCKS = 200
 TEXT = (
@@ -22,8 +24,10 @@ TEXT = (
     .replace("max_contacts = 1", 'names = ["0", "U"]')
     .replace("eigenvalues = 3\nshapes = 11", "eigenvalues = 0")
 )
-IN_FLIGHT = 6
-"""Blocks that two workers may have begun, or finished without the client's knowing."""
+VICTIMS = ("client", "worker", "scheduler")
+AGAIN = 4
+"""Blocks that two workers may have begun, or finished without anyone's knowing."""
+PATIENCE = 600
 
 
 @pytest.fixture(scope="module")
@@ -38,9 +42,10 @@ def many_blocks(tmp_path_factory):
     return toml, study, identify(folder / "small.nc")["content_hash"]
 
 
-def begin(toml, out):
-    command = [sys.executable, str(Path(__file__).with_name("run_blocks.py")), str(toml), str(out), "2", "1"]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def begin(toml, out, where, **environment):
+    """Begin to compute a study block by block on so many workers, or where a scheduler is."""
+    command = [sys.executable, str(Path(__file__).with_name("run_blocks.py")), str(toml), str(out), where]
+    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True, env=os.environ | environment)
 
 
 def workers_of(process):
@@ -56,40 +61,57 @@ def workers_of(process):
     return found
 
 
+def wait(process, shards, progress):
+    """Wait until some part of the blocks is done; before the first, for that part of a second or so."""
+    if progress < 0:
+        time.sleep(-10 * progress)
+    while process.poll() is None and len(list(shards.glob("0*.nc"))) < progress * BLOCKS:
+        time.sleep(0.01)
+
+
+def begun_again(witness):
+    """Blocks that were begun more often than once; those that the witness did not see done count too."""
+    told = Counter(witness.read_text().splitlines())
+    done = [line for line in told if line.startswith("done")]
+    begun = sum(count for line, count in told.items() if line.startswith("begun"))
+    return begun - len(done), sum(told[line] - 1 for line in done)
+
+
 def test_kills_at_random_moments(many_blocks, tmp_path, rng, full, record_property):
-    toml, study, content = many_blocks
-    blocks = study.plan(block_points=1).blocks
-    again = []
+    toml, _, content = many_blocks
+    begun, finished, kills = {victim: [] for victim in VICTIMS}, [], 0
     for trial in range(100 if full else 5):
-        folder = tmp_path / str(trial)
+        victim, folder, tools = VICTIMS[trial % 3], tmp_path / f"{trial}", tmp_path / f"tools-{trial}"
         folder.mkdir()
-        out = folder / "small.nc"
-        process = begin(toml, out)
-        shards = folder / "small.nc.shards"
-        while process.poll() is None and not list(shards.glob("0*.nc")):
-            time.sleep(0.02)
-        time.sleep(rng.uniform(0, 2.0))
-        if trial % 2 == 0:
-            process.send_signal(signal.SIGKILL)
-        else:
-            victims = workers_of(process) if process.poll() is None else []
-            if victims:
+        tools.mkdir()
+        out, environment = folder / "small.nc", witnessed(tools / "witness")
+        with ExitStack() as stack:
+            where, killed = "2", None
+            if victim == "scheduler":
+                where, killed = stack.enter_context(dask_by_hand(tools, ["--no-nanny"] * 2, **environment))
+            process = begin(toml, out, where, **environment)
+            least = -0.1 if victim == "client" else 1 / BLOCKS
+            wait(process, folder / "small.nc.shards", rng.uniform(least, 1))
+            if process.poll() is None:
+                victims = workers_of(process) if victim == "worker" else [killed or process]
                 os.kill(victims[rng.integers(len(victims))].pid, signal.SIGKILL)
-        printed, errors = process.communicate(timeout=120)
-        if process.returncode == 0:
-            computed = int(printed)
-            assert computed == BLOCKS
-        else:
-            assert trial % 2 == 0, errors
-            kept = len(find_shards(shards.resolve(), blocks, study.identity)) if shards.exists() else 0
-            kept = BLOCKS if out.exists() else kept
-            process = begin(toml, out)
-            printed, errors = process.communicate(timeout=120)
+                kills += 1
+            _, errors = process.communicate(timeout=PATIENCE)
+        assert victim != "worker" or process.returncode == 0, errors
+        if process.returncode != 0:
+            assert "Traceback" not in errors
+            if victim == "scheduler":
+                assert "the scheduler was lost" in errors.splitlines()[-1]
+            process = begin(toml, out, "2", **environment)
+            _, errors = process.communicate(timeout=PATIENCE)
             assert process.returncode == 0, errors
-            # A worker may finish a block between the count and its own end.
-            assert BLOCKS - kept - IN_FLIGHT <= int(printed) <= BLOCKS - kept
-            again.append(int(printed))
         assert identify(out)["content_hash"] == content
         assert [path.name for path in folder.iterdir()] == ["small.nc"]
-    record_property("blocks computed after each kill of the client", again)
-    print(f"blocks of {BLOCKS} computed after each kill of the client: {again}")
+        again, twice = begun_again(tools / "witness")
+        assert again <= AGAIN
+        begun[victim].append(again)
+        finished.append(twice)
+    report = {victim: f"total {sum(some)}, most {max(some)}" for victim, some in begun.items()}
+    report |= {"finished twice": f"total {sum(finished)}, most {max(finished)}", "kills": kills}
+    record_property("blocks begun again after kills", report)
+    print(f"blocks of {BLOCKS} begun again: {report}")

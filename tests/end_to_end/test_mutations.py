@@ -1,9 +1,24 @@
-"""Files that are damaged at random: an answer or one clear sentence, never a traceback or a new file."""
+"""Files that are changed at random: an answer or one clear sentence, never a traceback or a new file."""
+
+import time
+from collections import Counter
+from pathlib import Path
 
 from click.testing import CliRunner
-from end_to_end.conftest import TOML
+from end_to_end.conftest import CONTENT, TOML
+from end_to_end.mutations import damaged_dataset, edited_dataset, mutated_study
+from end_to_end.processes import elastica
 
+from studies import Study
 from studies.command_line import main
+
+CATALOGUES = sorted((Path(__file__).parents[2] / "catalogs").glob("*.toml"))
+TINY = CONTENT | {
+    "grid": {"ends": ["clamped-clamped", "clamped-pinned"], "H": [0.05, 0.1, 0.2], "P": [0.5, 1.5, 2.5, 6.0]},
+    "outputs": {"eigenvalues": 1, "shapes": 3},
+}
+LONGEST = 400
+"""Characters of a sentence, beside the path of the file."""
 
 
 def answer(*arguments):
@@ -14,86 +29,64 @@ def answer(*arguments):
     return result.exit_code, result.output
 
 
-TOKENS = [
-    "nan",
-    "inf",
-    "-1",
-    "0",
-    "1e400",
-    "true",
-    "[]",
-    "{}",
-    '""',
-    "[[",
-    "]",
-    "=",
-    "\n",
-    "#",
-    "\x00",
-    "num",
-]
+def is_one_sentence(words, path):
+    sentence = words.removeprefix("Error: ").replace(str(path), "FILE")
+    return words.startswith("Error: ") and words.count("\n") == 1 and len(sentence) <= LONGEST
 
 
-def mutated(text, rng):
-    """A study file with some of its characters, words or lines changed."""
-    for _ in range(int(rng.integers(1, 4))):
-        place = int(rng.integers(len(text)))
-        end = place + int(rng.integers(12))
-        kind = rng.integers(4)
-        if kind == 0:
-            text = text[:place] + text[end:]
-        elif kind == 1:
-            text = text[:place] + TOKENS[rng.integers(len(TOKENS))] + text[end:]
-        elif kind == 2:
-            text = text[:place] + chr(int(rng.integers(1, 0x2FF))) + text[place + 1 :]
-        else:
-            lines = text.splitlines(keepends=True)
-            lines.insert(int(rng.integers(len(lines))), lines[rng.integers(len(lines))])
-            text = "".join(lines)
-    return text
-
-
-def test_mutated_study_files_give_a_plan_or_one_sentence(tmp_path, rng, full, monkeypatch):
+def test_mutated_study_files_give_a_plan_or_one_sentence(tmp_path, rng, full, monkeypatch, record_property):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "small.toml"
-    plans = 0
-    for _ in range(10_000 if full else 200):
-        text = mutated(TOML, rng)
-        path.write_bytes(text.encode("utf-8", "surrogatepass"))
+    sources = [TOML, *(catalogue.read_text() for catalogue in CATALOGUES)]
+    found, slowest, processes = Counter(), 0.0, 20 if full else 2
+    for trial in range(10_000 if full else 200):
+        text = mutated_study(sources[trial % len(sources)], rng)
+        path.write_bytes(text)
+        start = time.process_time()
         status, words = answer("plan", path)
-        plans += status == 0
+        slowest = max(slowest, time.process_time() - start)
+        found[status] += 1
         assert status in (0, 2), (text, words)
-        assert status == 0 or words.count("\n") == 1, (text, words)
-    assert plans > 0
-    assert list(tmp_path.iterdir()) == [path]
+        assert status == 0 or is_one_sentence(words, path), (text, words)
+        if status == 2 and trial % 10 == 0:
+            assert answer("run", path) == (status, words), text
+        if processes and trial % 50 == 0:
+            processes -= 1
+            alone = elastica("plan", path)
+            assert (alone.returncode, alone.stdout + alone.stderr) == (status, words), text
+        assert list(tmp_path.iterdir()) == [path], text
+    assert min(found[0], found[2]) > 20
+    assert slowest < 30
+    record_property("plans and refusals", dict(found))
+    print(f"plans {found[0]}, refusals {found[2]}, slowest {slowest:.1f} s")
 
 
-def test_mutated_datasets_give_an_answer_or_one_sentence(dataset_file, tmp_path, rng, full):
-    good = dataset_file.read_bytes()
+def test_mutated_datasets_give_an_answer_or_one_sentence(computed, tmp_path, rng, full, record_property):
+    whole = computed(Study.from_dict(TINY))
+    good = whole.read_bytes()
     path, out = tmp_path / "damaged.nc", tmp_path / "out"
     out.mkdir()
+    found = Counter()
     for trial in range(2_000 if full else 200):
-        content = bytearray(good)
-        # Half of the damage where the structure of the file is, which is at its beginning and its end.
-        place = int(rng.integers(len(good)))
-        place = place % 4000 if trial % 4 == 0 else len(good) - 1 - place % 4000 if trial % 4 == 1 else place
-        kind = rng.integers(3)
-        if kind == 0:
-            content[place] ^= 1 << int(rng.integers(8))
-        elif kind == 1:
-            content[place : place + 64] = bytes(len(content[place : place + 64]))
+        if trial % 2:
+            path.write_bytes(damaged_dataset(good, rng))
         else:
-            del content[place:]
-        path.write_bytes(content)
-        check = ("check", path, "--sample", 0)
-        merge = ("merge", dataset_file, path, "-o", out / "merged.nc")
+            edited_dataset(whole, path, rng)
+        check = ("check", path, "--sample", 3 if trial % 8 == 0 else 0)
+        merge = ("merge", whole, path, "-o", out / "merged.nc")
         plot = ("plot", path, "-o", out / "plot.png")
-        # Every tenth is drawn: a picture takes a second.
-        command = plot if trial % 10 == 9 else merge if trial % 2 else check
+        # A few are drawn: a picture takes a second.
+        command = plot if trial % 20 in (8, 19) else merge if trial // 2 % 2 else check
         status, words = answer(*command)
-        assert status in (0, 2), words
-        if status == 2 and command[0] != "check":
-            assert words.count("\n") == 1, words
+        found[command[0], status] += 1
+        assert status in (0, 2), (trial, words)
+        if status == 2 and command != check:
+            assert is_one_sentence(words, path), (trial, words)
+        if status == 2 or command == check:
             assert list(out.iterdir()) == []
         for written in out.iterdir():
             written.unlink()
+        path.unlink()
+    assert found["check", 2] > 20
+    record_property("answers by command and exit status", {str(key): count for key, count in found.items()})
+    print(f"answers by command and exit status: {dict(found)}")

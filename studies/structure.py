@@ -1,0 +1,102 @@
+"""Whether a file has the structure of a dataset, on which every reader relies: dimensions, types, labels.
+
+Left out: whether the values are those that were written (`files`) and are right (`checking`).
+"""
+
+import numpy as np
+
+from elastica.ends import parse_ends
+from elastica.states import parse_state
+from studies.errors import shown
+from studies.schema import control_of, every_variable
+
+TEXTS = ("study_id", "numerics_id", "content_hash", "config_json", "control", "states_searched")
+
+
+def fault(dataset):
+    """The first thing that is wrong with the structure of an open dataset.
+
+    Parameters
+    ----------
+    dataset : netCDF4.Dataset
+
+    Returns
+    -------
+    str or None
+        In words; None if nothing is wrong.
+    """
+    for name in set(TEXTS) & set(dataset.ncattrs()):
+        if not isinstance(dataset.getncattr(name), str):
+            return f"the attribute {name} is no text"
+    control = control_of(dataset.dimensions)
+    axes = ("ends", "H", control, "state")
+    for axis in axes:
+        problem = _fault_of_axis(dataset, axis, "f8" if axis in ("H", control) else "S1")
+        if problem:
+            return problem
+    ends, states = (_texts(dataset.variables[axis]) for axis in ("ends", "state"))
+    if len(set(ends)) < len(ends) or len(set(states)) < len(states):
+        return "two labels of ends or of state are the same"
+    if strange := [text for text in ends if not _is_known(parse_ends, text)]:
+        return f"{shown(strange[0])} is no end condition"
+    if strange := [text for text in states if not any(_is_known(parse_state, text, some) for some in ends)]:
+        return f"{shown(strange[0])} is no state"
+    if "status" not in dataset.variables:
+        return "status is missing"
+    for name, expected in every_variable(control).items():
+        variable = dataset.variables.get(name)
+        if variable is None:
+            continue
+        if variable.dimensions != expected.dims:
+            return f"{name} has dimensions {variable.dimensions}, not {expected.dims}"
+        if not _is_type(variable, expected.dtype):
+            return f"{name} has values of type {variable.dtype}, not {expected.dtype}"
+    return _fault_of_failures(dataset, axes)
+
+
+def _is_type(variable, dtype):
+    """Whether values are of a type, in either order of bytes."""
+    return isinstance(variable.dtype, np.dtype) and variable.dtype.newbyteorder("=") == np.dtype(dtype)
+
+
+def _fault_of_axis(dataset, axis, dtype):
+    variable = dataset.variables.get(axis)
+    if variable is None:
+        return f"{axis} is missing"
+    dims = variable.dimensions[: -1 if dtype == "S1" else None]
+    if dims != (axis,) or not _is_type(variable, dtype) or variable.size == 0:
+        return f"{axis} has no labels along itself"
+    if dtype == "f8":
+        values = variable[:]
+        if not (np.isfinite(values).all() and (np.diff(values) > 0).all()):
+            return f"the labels of {axis} are no increasing numbers"
+    return None
+
+
+def _texts(variable):
+    return [row.tobytes().rstrip(b"\0").decode(errors="replace") for row in variable[:]]
+
+
+def _is_known(parse, *arguments):
+    try:
+        parse(*arguments)
+    except ValueError:
+        return False
+    return True
+
+
+def _fault_of_failures(dataset, axes):
+    """Rows of the table of failures that are of no point of the dataset."""
+    if "failure" not in dataset.dimensions:
+        return None
+    for axis in axes:
+        column = dataset.variables.get(f"failure_{axis}")
+        if column is None or column.dimensions != ("failure",) or not _is_type(column, "i4"):
+            return f"the table of failures has no column for {axis}"
+        rows = column[:]
+        if ((rows < 0) | (rows >= dataset.dimensions[axis].size)).any():
+            return f"the table of failures has points outside {axis}"
+    reasons = dataset.variables.get("failure_reason")
+    if reasons is None or reasons.dimensions[:-1] != ("failure",) or not _is_type(reasons, "S1"):
+        return "the table of failures has no reasons"
+    return None
