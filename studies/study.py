@@ -21,7 +21,7 @@ from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, T
 if TYPE_CHECKING:
     from studies.plan import Plan
 
-NUMERICS_VERSION = 2
+NUMERICS_VERSION = 3
 """Raised whenever the same study may give other values than before, beyond rounding."""
 
 
