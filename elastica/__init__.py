@@ -7,11 +7,11 @@
 """
 
 from elastica.catalogue import FoundStates, find_states
-from elastica.codes import Stability, Status
+from elastica.codes import Event, Stability, Status
 from elastica.solution import Solution, solve
 from elastica.states import states
 from elastica.strip import Strip
-from elastica.transitions import Event, Transitions, transitions
+from elastica.transitions import Transitions, transitions
 
 __all__ = [
     "Event",

@@ -22,3 +22,15 @@ class Stability(IntEnum):
     NEUTRAL_FAMILY = 3
     CRITICAL = 4
     NOT_SOLVED = -1
+
+
+class Event(IntEnum):
+    """What happens to a state."""
+
+    BUCKLES = 0
+    WALL_TOUCHED = 1
+    REACTION_LOST = 2
+    POINT_TO_LINE = 3
+    FLAT_BUCKLES = 4
+    FOLD = 5
+    RIGHT_ANGLE = 6

@@ -13,31 +13,24 @@ What a state meets is looked up among its neighbours: the words with a contact m
 that have the same energy and shape next to the event.
 """
 
-from collections import Counter
 from dataclasses import dataclass
-from enum import IntEnum
 from functools import cache
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
-from elastica.alternating import alternating
-from elastica.branch import Loads, bordered, free_branch, settle
 from elastica.catalogue import search
-from elastica.codes import Status
+from elastica.codes import Event, Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import alternates, every, spread
+from elastica.equilibrium import every
 from elastica.euler import euler_root
-from elastica.newton import Roots
-from elastica.patterns import Group, groups, most_periods
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.shortening_control import MOST_PERIODS, Targets
-from elastica.solution import solution_of, solve
+from elastica.shortening_control import Targets
+from elastica.solution import solve
 from elastica.states import is_canonical, parse_state
-from elastica.sweep import line_force
+from elastica.tracks import tracks
 
 LARGEST_P = 100.0
 ASIDE = 1e-3
@@ -45,18 +38,6 @@ ASIDE = 1e-3
 must be told apart."""
 NEXT_TO = 1e-9
 """Relative distance in load at which what is met is looked up: at narrow gaps shapes change fast with it."""
-
-
-class Event(IntEnum):
-    """What happens to a state."""
-
-    BUCKLES = 0
-    WALL_TOUCHED = 1
-    REACTION_LOST = 2
-    POINT_TO_LINE = 3
-    FLAT_BUCKLES = 4
-    FOLD = 5
-    RIGHT_ANGLE = 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,21 +84,6 @@ class Transitions:
                 f"{before!s:>4} -> {after!s:<4} {self.other_state[row]}"
             )
         return "\n".join(lines)
-
-
-class _Track(NamedTuple):
-    """One pattern of a state followed at several gaps.
-
-    `gap` (m,) and `t` (m,) are its samples in order; `at(samples, t)` solves it at other t, starting from
-    samples, and gives the solution, the functions whose roots are `events` (functions, m), and whether it
-    could be solved (m,). `ends_at` says which sample is the end of the branch, and for what reason.
-    """
-
-    gap: np.ndarray
-    t: np.ndarray
-    at: object
-    events: tuple
-    ends_at: dict
 
 
 def transitions(
@@ -211,7 +177,7 @@ def _buckles(state, ends, H):
 def _bent(state, ends, H, control, P_max):
     """Events of every pattern of a state; of its roots, that with the state's own number."""
     rows = _buckles(state, ends, H) if state.mode else []
-    for track in _tracks(state, ends, H, control, P_max):
+    for track in tracks(state, ends, H, control, P_max):
         rows += _ends_of(track, state, ends, H, control)
         if track.t.size > 1:
             _, values, found = track.at(np.arange(track.t.size), track.t)
@@ -219,103 +185,6 @@ def _bent(state, ends, H, control, P_max):
             for number, event in enumerate(track.events):
                 rows += _roots_of(track, number, event, values[number], state, ends, H, control)
     return rows
-
-
-def _tracks(state, ends, H, control, P_max):
-    """Each pattern of periods of a state, followed."""
-    if state.mode:
-        yield _free_track(state, ends, H, control)
-        return
-    loads = Loads(H, np.sqrt(FOUR_PI_SQUARED * P_max))
-    for periods in range(min(MOST_PERIODS, most_periods(state, ends, loads.table.p)) + 1):
-        for group in groups(state, ends, periods):
-            if state.line:
-                samples = _line_samples(loads, group.segments)
-            else:
-                known = None
-                if not periods and alternates(state, ends):
-                    roots = alternating(group.segments, loads.table)
-                    place = np.flatnonzero(roots.found)
-                    known = place, roots.at(place)
-                samples = loads.trace(group.segments, known)
-            for pattern in group.patterns:
-                make = _line_track if state.line else _point_track
-                yield make(state, ends, H, control, group._replace(patterns=(pattern,)), samples)
-
-
-def _functions(solution, *more):
-    """Functions of the admissible range, one row each: reactions and clearance, then others."""
-    reaction = solution.reaction.T
-    return np.concatenate([reaction, solution.clearance[None], *(values[None] for values in more)])
-
-
-def _point_track(state, ends, H, control, group, branch):
-    segments = group.segments
-
-    def at(samples, t):
-        seed = branch.at(samples)
-        points = settle(segments, H[seed.gap], t, seed.p, seed.lam)
-        linear = bordered(segments, points.p, H[seed.gap], t, points.lam)
-        own = np.arange(t.size)
-        found = spread(state.segments(ends), group, own, points.roots, points.p)
-        solution = solution_of(state, ends, control, None, H[seed.gap], found)
-        slope = linear.load_k if control == "P" else linear.shortening_k
-        return solution, _functions(solution, slope), points.found
-
-    contacts = (Event.REACTION_LOST,) * len(state.word)
-    first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
-    last = np.flatnonzero(np.diff(branch.gap, append=-1))
-    reasons = {
-        int(i): Event.POINT_TO_LINE if branch.k[i] == 0 else Event.RIGHT_ANGLE for i in (*first, *last)
-    }
-    return _Track(branch.gap, branch.k, at, (*contacts, Event.WALL_TOUCHED, Event.FOLD), reasons)
-
-
-def _free_track(state, ends, H, control):
-    ((kind, *_),) = plain = state.segments(ends)
-    onset = float(euler_root(state.mode, ends))
-    k, p, ratio, _, _ = free_branch(kind, onset)
-    gap, node = (grid.ravel() for grid in np.meshgrid(np.arange(H.size), np.arange(1, k.size), indexing="ij"))
-    group = Group(Counter(plain), ((0,),))
-    nothing = np.zeros(gap.size)
-
-    def at(samples, t):
-        seed = node[samples]
-        lam = (ratio[seed] * t * p[seed])[None]
-        points = settle(group.segments, nothing[samples], t, p[seed], lam)
-        linear = bordered(group.segments, points.p, nothing[samples], t, points.lam)
-        found = spread(plain, group, np.arange(t.size), points.roots, points.p)
-        solution = solution_of(state, ends, control, None, H[gap[samples]], found)
-        slope = linear.load_k if control == "P" else linear.shortening_k
-        return solution, _functions(solution, slope), points.found
-
-    return _Track(gap, k[node], at, (Event.WALL_TOUCHED, Event.FOLD), {})
-
-
-def _line_samples(loads, segments):
-    """Loads at which every segment of a line state exists: gap and p of each, in order."""
-    p, H = loads.table.p, loads.table.H
-    there = np.all([np.isfinite(line_force(segment, p, H)) for segment in segments], axis=0)
-    place = np.flatnonzero(there)
-    place = place[np.lexsort((p[place], loads.gap[place]))]
-    return loads.gap[place], p[place]
-
-
-def _line_track(state, ends, H, control, group, samples):
-    gap, p = samples
-
-    def at(samples, t):
-        gaps = H[gap[samples]]
-        lam = np.stack([line_force(segment, t, gaps) for segment in group.segments])
-        good = np.isfinite(lam).all(axis=0)
-        found = spread(state.segments(ends), group, np.arange(t.size), Roots(good, np.zeros_like(t), lam), t)
-        solution = solution_of(state, ends, control, None, gaps, found)
-        flat = solution.flat_length
-        return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), good
-
-    contacts = (Event.REACTION_LOST,) * len(state.word)
-    events = (*contacts, Event.WALL_TOUCHED, Event.POINT_TO_LINE, Event.FLAT_BUCKLES)
-    return _Track(gap, p, at, events, {})
 
 
 def _roots_of(track, number, event, values, state, ends, H, control):

@@ -151,7 +151,7 @@ def states(ends, max_contacts, P, shortening, H, as_json):
 @JSON
 def transitions(state, ends, H, control, P_max, as_json):
     """List where a state begins and ends, and where its stability changes."""
-    from elastica.transitions import Event
+    from elastica.codes import Event
     from elastica.transitions import transitions as events_of
 
     with _mechanics():
