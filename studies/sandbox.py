@@ -113,8 +113,11 @@ def serve():
             faulthandler.dump_traceback_later(limit, exit=True, file=nowhere)
             answer = _answer(function, arguments)
             faulthandler.cancel_dump_traceback_later()
-            answers.write(answer)
-            answers.flush()
+            try:
+                answers.write(answer)
+                answers.flush()
+            except BrokenPipeError:
+                os._exit(0)
 
 
 def _listen(calls):
@@ -123,7 +126,7 @@ def _listen(calls):
         while True:
             try:
                 calls.put(pickle.load(stream))
-            except EOFError:
+            except (EOFError, pickle.UnpicklingError):
                 os._exit(0)
 
 

@@ -77,7 +77,7 @@ def begun_again(witness):
     return begun - len(done), sum(told[line] - 1 for line in done)
 
 
-def test_kills_at_random_moments(many_blocks, tmp_path, rng, full, record_property):
+def test_kills_at_random_moments(many_blocks, tmp_path, rng, full):
     toml, _, content = many_blocks
     begun, finished, kills = {victim: [] for victim in VICTIMS}, [], 0
     for trial in range(100 if full else 5):
@@ -113,5 +113,4 @@ def test_kills_at_random_moments(many_blocks, tmp_path, rng, full, record_proper
         finished.append(twice)
     report = {victim: f"total {sum(some)}, most {max(some)}" for victim, some in begun.items()}
     report |= {"finished twice": f"total {sum(finished)}, most {max(finished)}", "kills": kills}
-    record_property("blocks begun again after kills", report)
     print(f"blocks of {BLOCKS} begun again: {report}")
