@@ -141,7 +141,7 @@ class Strip:
 
     def gap(self, H: Any) -> Any:
         """Distance between the walls in metres, the thickness of the strip included, from H."""
-        return self._in_units(2 * self.length * np.asarray(H) + self.thickness, "m")
+        return self._in_units(2 * self.length * _magnitude("H", H) + self.thickness, "m")
 
     def distance(self, x: Any) -> Any:
         """Metres, from anything that is divided by L: x, y and s of a shape, shortening, flat length, …."""
@@ -168,7 +168,8 @@ class Strip:
         return self._physical("frequency", omega)
 
     def _physical(self, name: str, values: Any) -> Any:
-        return self._in_units(np.asarray(values) * self.scales[name], PHYSICAL[name])
+        number = _magnitude(f"dimensionless {name}", values)
+        return self._in_units(number * self.scales[name], PHYSICAL[name])
 
     def _in_units(self, values: Any, unit: str) -> Any:
         return values if self._units is None else self._units.Quantity(values, unit)
@@ -178,9 +179,11 @@ def _has_units(value: Any) -> bool:
     return hasattr(value, "magnitude") and hasattr(value, "_REGISTRY")
 
 
-def _magnitude(name: str, value: Any, unit: str) -> np.ndarray:
-    """Numbers in an SI unit, from numbers or from a quantity of pint."""
+def _magnitude(name: str, value: Any, unit: str = "") -> np.ndarray:
+    """Numbers in an SI unit, or without one, from numbers or from a quantity of pint."""
     try:
         return np.asarray(value.to(unit).magnitude if _has_units(value) else value, float)
     except (TypeError, ValueError):
-        raise ValueError(f"{name} = {value!s:.60} is no {name}; give numbers in {unit}") from None
+        raise ValueError(
+            f"{name} = {value!s:.60} is no {name}; give numbers{unit and f' in {unit}'}"
+        ) from None

@@ -136,7 +136,7 @@ class Elastica:
         samples = SAMPLES if samples is None else samples
         control = control_of(dataset.coords)
         ends, names, H, given = (
-            dataset[label].broadcast_like(status).transpose(*status.dims).values.ravel()[exists]
+            self._variable(label).broadcast_like(status).transpose(*status.dims).values.ravel()[exists]
             for label in ("ends", "state", "H", control)
         )
         values = np.full((3, status.size, samples), np.nan)
@@ -171,7 +171,7 @@ class Elastica:
         for name, values in self._dataset.variables.items():
             quantity = QUANTITIES.get(str(name), "")
             if quantity in scales:
-                attributes = {"long_name": values.attrs["long_name"], "units": PHYSICAL[quantity]}
+                attributes = {"long_name": values.attrs.get("long_name", name), "units": PHYSICAL[quantity]}
                 converted[name] = (values.dims, values.data * scales[quantity], attributes)
         return converted
 

@@ -52,8 +52,10 @@ def check(file, sample):
 def plot(file, kind, output, **options):
     """Draw a dataset."""
     from studies import plot as figures
+    from studies.errors import StudyError
     from studies.files import identify
     from studies.files import open as open_dataset
+    from studies.schema import control_of
 
     arguments = _arguments(kind, options)
     output = output or file.with_name(file.stem + f"-{kind}" * (kind != "chart") + ".png")
@@ -61,6 +63,9 @@ def plot(file, kind, output, **options):
     writable(output)
     identify(file, read=("status", "stability"))
     with open_dataset(file) as dataset:
+        control = control_of(dataset.sizes)
+        if options["loads" if control == "shortening" else "shortenings"]:
+            raise StudyError(f"{file}: {control} is prescribed in this dataset; choose points by --{control}")
         figures.save(getattr(figures, kind)(dataset, **arguments), output)
     click.echo(f"{output}")
 

@@ -3,13 +3,12 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-import numpy as np
 from matplotlib.lines import Line2D
 
 from elastica.codes import Stability
 from studies.errors import StudyError
 from studies.plot.branches import MOST_INDEX, QUANTITIES, branches, jumps
-from studies.plot.reading import solves_exactly
+from studies.plot.reading import nearest_label, restored, solves_exactly
 from studies.plot.style import (
     Boundary,
     axis_label,
@@ -70,6 +69,7 @@ def bifurcation(
     """
     if show not in QUANTITIES[1:]:
         raise StudyError(f"show = {show!r} is not possible; use {', '.join(QUANTITIES[1:])}")
+    dataset = restored(dataset)
     control = control_of(dataset.sizes)
     exact = solves_exactly(dataset)
     needed = () if exact else ("index", "stability", {"P": "shortening", "shortening": "P"}[control], show)
@@ -77,7 +77,7 @@ def bifurcation(
     if dataset.sizes.get(control, 0) < 2:
         raise StudyError(f"the dataset has fewer than two values of {control}; a branch needs more")
     dataset = _only(dataset, states)
-    gap = float(nearest_label(dataset, H))
+    gap = float(dataset["H"].values[nearest_label(dataset, "H", H)])
     panels = [dataset.isel(ends=number).sel(H=gap) for number in range(len(end_conditions(dataset)))]
     figure = new_figure((5.2 * min(len(panels), 2) + 2.3, 5.4 * -(-len(panels) // 2)))
     axes = figure.subplots(-(-len(panels) // 2), min(len(panels), 2), squeeze=False).ravel()
@@ -107,24 +107,6 @@ def bifurcation(
         f"H = {gap:g}; verdicts at {what}; arrows: to the stable state of least potential{how}",
     )
     return figure
-
-
-def nearest_label(dataset, H):
-    """The label of H nearest to a value; the middle one if none is given.
-
-    Raises
-    ------
-    StudyError
-        If the value lies beyond the labels by more than half a step.
-    """
-    labels = dataset["H"].values
-    if H is None:
-        return labels[len(labels) // 2]
-    nearest = labels[np.abs(labels - H).argmin()]
-    step = np.diff(labels).max(initial=0) / 2 + 1e-9
-    if not labels[0] - step <= H <= labels[-1] + step:
-        raise StudyError(f"H = {H:g} is not in the dataset; give one from {labels[0]:g} to {labels[-1]:g}")
-    return nearest
 
 
 def _only(dataset, states):

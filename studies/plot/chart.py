@@ -26,6 +26,7 @@ from studies.plot.boundaries import curves_between
 from studies.plot.reading import (
     Grid,
     preferred_bits,
+    restored,
     solves_exactly,
     stable_sets,
     state_variable,
@@ -83,6 +84,7 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
         If what is needed is missing, or the grid is no plane.
     """
     require(dataset, "status", "stability", *["preferred_state"] * (show == "preferred"))
+    dataset = restored(dataset)
     number = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):

@@ -13,10 +13,48 @@ from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE, fill
 from studies.plot.style import listed
+from studies.schema import control_of
 
 BAND_BYTES = 32_000_000
 MOST_SETS = 62
 """States that fit into the bits of a label."""
+
+
+def restored(dataset):
+    """The dataset with the dimensions that a selection of one label took away.
+
+    Raises
+    ------
+    StudyError
+        If the label is gone as well, or an axis is empty.
+    """
+    axes = "ends", "H", control_of(dataset.coords), "state"
+    for axis in axes:
+        if axis not in dataset.coords:
+            raise StudyError(f"the dataset has no labels of {axis!r}; select without drop=True")
+        if axis != "state" and not dataset[axis].size:
+            raise StudyError(f"the dataset has no value of {axis}; select one at least")
+    missing = [axis for axis in axes if axis not in dataset.dims]
+    return dataset.expand_dims(missing).transpose(*axes, ...) if missing else dataset
+
+
+def nearest_label(dataset, axis, value):
+    """Position of the label nearest to a value; the middle one if none is given.
+
+    Raises
+    ------
+    StudyError
+        If the value lies beyond the labels by more than half a step.
+    """
+    labels = dataset[axis].values
+    if value is None:
+        return len(labels) // 2
+    step = np.diff(labels).max(initial=0) / 2 + 1e-9
+    if not labels[0] - step <= value <= labels[-1] + step:
+        raise StudyError(
+            f"{axis} = {value:g} is not in the dataset; give one from {labels[0]:g} to {labels[-1]:g}"
+        )
+    return int(np.abs(labels - value).argmin())
 
 
 class Grid(NamedTuple):
@@ -145,6 +183,8 @@ def state_variable(dataset, variable, state):
             f"{listed(shown)}"
         )
     names = [str(name) for name in dataset["state"].values]
+    if state is None:
+        raise StudyError(f"show = {variable!r} needs a state; name one of {listed(names)}")
     if state not in names:
         raise StudyError(f"state = {state!r} is none of the dataset's; name one of {listed(names)}")
     return names.index(state)

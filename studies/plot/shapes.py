@@ -11,8 +11,7 @@ from matplotlib.patches import Rectangle
 from elastica.codes import Stability, Status
 from elastica.solution import solve
 from studies.errors import StudyError
-from studies.plot.bifurcation import nearest_label
-from studies.plot.reading import method_of
+from studies.plot.reading import method_of, nearest_label, restored
 from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
 from studies.schema import control_of
 
@@ -97,12 +96,13 @@ def shapes(
         If a point or state is not there.
     """
     require(dataset, "status")
+    dataset = restored(dataset)
     control = control_of(dataset.sizes)
     known = end_conditions(dataset)
     ends = ends or known[0]
     if ends not in known:
         raise StudyError(f"ends = {ends!r} is none of the dataset's; name one of {', '.join(known)}")
-    gap = float(nearest_label(dataset, H))
+    gap = float(dataset["H"].values[nearest_label(dataset, "H", H)])
     panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
     points = _points(panel, control, given, list(states or ()))
     strips = [Strip.at(value, gap, state, ends, control) for value, state in points]
@@ -119,7 +119,7 @@ def _points(panel, control, given, states):
     labels = panel[control].values
     solved = (panel["status"] == Status.SOLVED).transpose(control, "state").values
     if given is not None:
-        rows = [int(np.abs(labels - value).argmin()) for value in np.atleast_1d(given)]
+        rows = [nearest_label(panel, control, value) for value in np.atleast_1d(given)]
     elif len(states) == 1:
         there = np.flatnonzero(solved[:, names.index(states[0])])
         if not there.size:

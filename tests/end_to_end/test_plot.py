@@ -247,7 +247,7 @@ def test_letters_stay_letters(file, tmp_path):
     ("arguments", "message"),
     [
         (["--show", "colour"], "use stable, preferred, count or one of"),
-        (["--show", "energy"], "state = None is none of the dataset's"),
+        (["--show", "energy"], "show = 'energy' needs a state; name one of 0"),
         (["--show", "energy", "--state", "UDU"], "name one of 0"),
         (["--P", "3"], "--P has no meaning for --kind chart"),
         (["--kind", "shapes", "--H", "0.4"], "H = 0.4 is not in the dataset"),
@@ -304,3 +304,27 @@ def test_at_given_shortening_nothing_is_solved_again(computed, monkeypatch):
             assert any(np.allclose(seen, shade) for shade in shades)
         diagram = studies.plot.bifurcation(held, H=0.1)
         assert any(line.get_label() == "U" for line in diagram.axes[0].get_lines())
+
+
+def test_what_a_selection_took_away_is_drawn_too(dataset):
+    one = dataset.sel(H=0.08, ends=CC).elastica.plot
+    assert [ax.get_title() for ax in one.bifurcation().axes] == [CC]
+    assert len(one.shapes(given=2.5, states=["U"]).axes) == 1
+    assert len(dataset.sel(state="U").elastica.plot.chart(show="curvature", state="U").axes) == 3
+    with pytest.raises(StudyError, match="fewer than two values of H"):
+        one.chart()
+    with pytest.raises(StudyError, match="no labels of 'ends'; select without drop=True"):
+        dataset.isel(ends=0, drop=True).elastica.plot.chart()
+    with pytest.raises(StudyError, match="no value of H"):
+        dataset.isel(H=slice(0, 0)).elastica.plot.shapes()
+
+
+def test_strips_are_drawn_where_they_were_asked_for_or_not_at_all(file, tmp_path):
+    for option, value, message in (
+        ("--shortening", "0.02", "P is prescribed in this dataset; choose points by --P"),
+        ("--P", "99", "P = 99 is not in the dataset; give one from 0.2 to 6"),
+        ("--P", "nan", "P = nan is not in the dataset"),
+    ):
+        out = tmp_path / "strips.png"
+        answer = plotted(file, "--kind", "shapes", option, value, "-o", out)
+        assert answer.exit_code == 2 and message in answer.output and not out.exists()

@@ -82,3 +82,6 @@ def test_what_makes_no_sense_is_one_sentence(ruler, ureg):
         ruler.to_dimensionless(force=1 * ureg.m)
     with pytest.raises(ValueError, match="density = None: frequencies need it"):
         elastica.Strip(length=1, width=1, thickness=1, E=1).frequency(1.0)
+    for values in ("x", 3 * ureg.N):
+        with pytest.raises(ValueError, match="is no dimensionless force; give numbers"):
+            ruler.force(values)
