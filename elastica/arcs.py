@@ -156,7 +156,7 @@ def arc_through(solution, control):
 def _reach(arc, direction):
     """t, p and λ of points from the arc's only one to where the state is lost, in one direction of t."""
     t, p, lam = arc.t, arc.p, arc.lam
-    width = FIRST
+    width, narrowing = FIRST, False
     while width > RESOLUTION * max(1.0, t[-1]) and not (direction < 0 and t[-1] == 0):
         ahead = t[-1] + direction * width * np.arange(1, POINTS + 1) / POINTS
         ahead = np.unique(np.maximum(ahead, 0))[::direction]
@@ -166,7 +166,9 @@ def _reach(arc, direction):
         kept = lost[0] if lost.size else ahead.size
         t = np.concatenate([t, ahead[:kept]])
         p, lam = np.concatenate([p, points.p[:kept]]), np.concatenate([lam, points.lam[:, :kept]], axis=1)
-        width = width / POINTS if lost.size else min(2 * width, WIDEST)
+        # Next to its end a verdict may be noise: once the state was there and lost, the end is only enclosed.
+        narrowing |= lost.size > 0 and points.found[kept]
+        width = width / POINTS if lost.size or narrowing else min(2 * width, WIDEST)
     return t, p, lam
 
 

@@ -8,7 +8,10 @@ from brute_force.chain import minimise
 import elastica
 import studies
 from elastica.arcs import arc_through
+from elastica.ends import parse_ends
+from elastica.euler import euler_root
 from elastica.quasistatic import CHAINS, passage
+from elastica.scales import FOUR_PI_SQUARED
 from studies import StudyError, loading_path
 
 CC, PP = "clamped-clamped", "pinned-pinned"
@@ -152,3 +155,11 @@ def test_the_dataset_survives_a_file(shortened, tmp_path):
 def test_bad_input_is_one_sentence(arguments, message):
     with pytest.raises(StudyError, match=message):
         studies.loading_path(**arguments)
+
+
+def test_a_strip_between_springs_passes_from_state_to_state():
+    path = loading_path("0.3/2.5", H=0.1, P=[0.5, 2.0, 0.5])
+    assert path["state"].values.tolist() == ["0", "U", "0"]
+    euler = float(euler_root(1, parse_ends("0.3/2.5"))) ** 2 / FOUR_PI_SQUARED
+    assert path["event_control"].values[2] == pytest.approx(euler, rel=1e-9)
+    assert not path["jump"].any()
