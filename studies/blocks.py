@@ -15,8 +15,9 @@ import numpy as np
 
 from studies.errors import FailedPoints, StudyError
 from studies.evaluate import Task, evaluate, here
+from studies.events import Gaps, find_events
 from studies.sandbox import Lost, call
-from studies.shards import write_shard
+from studies.shards import write_events_shard, write_shard
 from studies.study import NUMERICS_VERSION
 
 LEAST_SHARE, LEAST_SECONDS = 1 / 20, 10.0
@@ -111,14 +112,19 @@ def compute_block(block, job):
 
 def _solve(block, job, within=here):
     start = time.perf_counter()
-    names, arrays, failures = evaluate(block, job.task, within)
+    if isinstance(block, Gaps):
+        rows, failed = find_events(block, job.task.names, within)
+        write = partial(write_events_shard, job.folder, job.identity, block, rows, failed)
+    else:
+        names, arrays, failures = evaluate(block, job.task, within)
+        failed = [_name(block, names, failure) for failure in failures]
+        write = partial(
+            write_shard, job.folder, job.identity, block, job.task.outputs, names, arrays, failures
+        )
     seconds = time.perf_counter() - start
-    named = tuple(_name(block, names, failure) for failure in failures[:NAMED])
-    if failures and job.raises:
-        raise FailedPoints(f"{named[0]}; what is computed is kept in {job.folder}")
-    outputs = job.task.outputs
-    shard = write_shard(job.folder, job.identity, block, outputs, names, arrays, failures, seconds)
-    return Done(block.points, shard, len(failures), named)
+    if failed and job.raises:
+        raise FailedPoints(f"{failed[0]}; what is computed is kept in {job.folder}")
+    return Done(block.points, write(seconds), len(failed), tuple(failed[:NAMED]))
 
 
 def _alone(limit, points, solver, *arguments):

@@ -177,7 +177,7 @@ def solve_points(ends, H, control, given, task, within=here):
     with threadpool_limits(limits=1):
         for solver, names in solvers:
             compute = partial(within, solver, ends, H, control, given, task)
-            pieces += _survive(compute, names, H.size)
+            pieces += survive(compute, names, H.size)
     exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
     labels = coordinates((ends,), (), control, (), names, task.outputs)
@@ -241,7 +241,7 @@ def word_failed(status, states):
     return failed | failed[..., first]
 
 
-def _survive(compute, names, points):
+def survive(compute, names, points):
     """Solve names at all points; where that raises, at the halves, then half of the names.
 
     Yields

@@ -150,7 +150,8 @@ def write_labels(dataset, dim, values, attributes):
     width = max(1, *(len(text.encode()) for text in values))
     if f"string{width}" not in dataset.dimensions:
         dataset.createDimension(f"string{width}", width)
-    owner = "failure" if dim == "failure_reason" else dim
+    # A column of a table runs along the rows of the table.
+    owner = dim.partition("_")[0]
     variable = dataset.createVariable(dim, "S1", (owner, f"string{width}"), fill_value=False, **COMPRESSION)
     variable.setncatts({**attributes, "_Encoding": "utf-8"})
     encoded = np.array([text.encode() for text in values], f"S{width}")

@@ -73,12 +73,14 @@ def _united(files):
     else:
         labels = [name for file in files for name in state_labels(file.source.path)]
         content["states"] = {"names": list(dict.fromkeys(labels))}
-    outputs = [study.outputs.model_dump() for study in studies]
+    outputs = [study.outputs.model_dump(exclude_none=True) for study in studies]
     if len({some["shapes"] for some in outputs} - {0}) > 1:
         raise StudyError(
             f"{files[0].source.path}: shapes have other samples in another file; they cannot join"
         )
-    content["outputs"] = {name: max(some[name] for some in outputs) for name in outputs[0]}
+    content["outputs"] = {
+        name: max(some.get(name, False) for some in outputs) for name in set().union(*outputs)
+    }
     return Study.from_dict(content)
 
 

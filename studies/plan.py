@@ -16,6 +16,7 @@ from elastica.equilibrium import CHUNK, alternates
 from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.evaluate import Block, Scattered, Task
+from studies.events import Gaps
 from studies.refinement import StableStates, first_points, next_points
 from studies.schema import coordinates, variables
 from studies.study import Study
@@ -42,6 +43,10 @@ SECONDS_PER_SAMPLE = 1e-6
 SECONDS_PER_BLOCK = 2.0
 LARGEST_BLOCK, LARGEST_SEARCH = 20_000, 4_000
 """Grid points of a block; the second where every root of words with two and more contacts is sought."""
+SECONDS_PER_EVENTS, SECONDS_PER_EVENTS_AT_GAP = 0.6, 0.15
+"""Finding the events of a state: at a block of gaps, and at each of these."""
+GAPS_OF_EVENTS = 10
+"""Gaps of a block of events."""
 GAPS_PER_BLOCK = 20
 """Under prescribed shortening, where the cost of a block hardly depends on the other label."""
 MOST_BLOCKS = 1_000_000
@@ -147,6 +152,37 @@ class Plan:
             block_points=block_points,
         )
 
+    @classmethod
+    def of_events(cls, study: Study, names: tuple[str, ...], block_points: int | None = None) -> "Plan":
+        """Plan the transition table of a study, in blocks of gaps.
+
+        Parameters
+        ----------
+        study : Study
+        names : tuple of str
+            States of its dataset.
+        block_points : int, optional
+            Gaps of a block, if fewer than usual.
+        """
+        grid = study.grid
+        size = min(block_points or GAPS_OF_EVENTS, GAPS_OF_EVENTS)
+        blocks = tuple(
+            Gaps((number, row, 0), ends, grid.H[row : row + size], "P", (grid.given[0], grid.given[-1]))
+            for number, ends in enumerate(grid.ends)
+            for row in range(0, len(grid.H), size)
+        )
+        seconds = [_event_costs(names, block.ends).of(block) for block in blocks]
+        return cls(
+            study=study,
+            task=study.task._replace(names=names, every_root=False),
+            blocks=blocks,
+            points=sum(block.points for block in blocks),
+            states=0,
+            bytes=0,
+            seconds=sum(seconds),
+            longest=max(seconds),
+        )
+
     def next(self, stable: StableStates) -> "Plan":
         """The plan for what a refined study wants next, given what is known; without blocks if nothing."""
         study = self.study
@@ -181,6 +217,7 @@ class Plan:
             f"{readable_time(self.seconds / workers)} on {workers} worker{'s' * (workers > 1)}"
             + ", for these first points"
             * refined,
+            *(self._of_events() if self.study.outputs.transitions else ()),
         ]
         if self.bytes > WARN_BYTES:
             lines.append(
@@ -188,6 +225,14 @@ class Plan:
                 "eigenvalues make it smaller"
             )
         return lines
+
+    def _of_events(self):
+        """What the transition table takes beyond the points."""
+        events = Plan.of_events(self.study, self.task.names)
+        yield (
+            f"events    transitions at {events.points:,} gaps, then: at most about "
+            f"{readable_time(events.seconds)} of work" + ", and for every further root" * self.task.every_root
+        )
 
     def _of_refinement(self):
         """Lines that tell what is certain of a refined study, and what it cannot exceed."""
@@ -216,6 +261,14 @@ class Costs(NamedTuple):
         """Seconds of a block."""
         chunks = ceil(block.points / CHUNK)
         return self.chunk * chunks + self.gap * len(set(block.H)) + self.point * block.points
+
+
+def _event_costs(names, ends):
+    """Expected work for the events of states with these ends; they are found at few gaps together."""
+    known = [parse_state(name, ends) for name in names if is_canonical(name, ends)]
+    springs = SPRINGS if any(not (end.clamped or end.pinned) for end in parse_ends(ends)) else 1.0
+    bent = springs * sum(not state.straight for state in known)
+    return Costs(SECONDS_PER_EVENTS * bent, SECONDS_PER_EVENTS_AT_GAP * bent, 0.0)
 
 
 def _costs(task, ends, control):

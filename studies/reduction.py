@@ -10,6 +10,7 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from studies.evaluate import Scattered, unknown, word_failed
+from studies.events import join_events, write_events
 from studies.files import (
     chunks,
     content_hash,
@@ -90,7 +91,7 @@ def source_of(block, path, task):
     return Source(path, (block.ends,), *labels, task.names, task.every_root, scattered)
 
 
-def reduce(study, sources, surveyed, out, attributes):
+def reduce(study, sources, surveyed, out, attributes, events=()):
     """Join files to one dataset, written whole.
 
     One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. What
@@ -107,10 +108,11 @@ def reduce(study, sources, surveyed, out, attributes):
     out : Path
     attributes : dict
         Global attributes of the dataset.
+    events : iterable of Path
+        Shards of its transition table.
     """
     grid = study.grid
-    asked = set(study.task.names)
-    names = study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
+    names = state_labels(study, surveyed)
     labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
     with written_whole(out) as temporary:
         with opened(temporary, "w") as dataset:
@@ -128,7 +130,14 @@ def reduce(study, sources, surveyed, out, attributes):
                         if source.path in surveyed.failing:
                             reasons |= _failures(source, ends, number, band, labels, status)
             write_failures(dataset, grid.control, sorted((*where, why) for where, why in reasons.items()))
+            write_events(dataset, *join_events(events, grid.ends, names))
         _seal(temporary)
+
+
+def state_labels(study, surveyed):
+    """States of the dataset that is joined from these sources, in order."""
+    asked = set(study.task.names)
+    return study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
 
 
 def _seal(path):

@@ -20,10 +20,10 @@ from studies.errors import FailedPoints, StudyError
 from studies.files import identify, open
 from studies.known import gaps, lend
 from studies.lock import sole_writer
-from studies.plan import Plan, readable_bytes
+from studies.plan import Plan, readable_bytes, readable_time
 from studies.progress import note, progress
 from studies.provenance import describe
-from studies.reduction import reduce, source_of, survey
+from studies.reduction import reduce, source_of, state_labels, survey
 from studies.refinement import StableStates
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
 from studies.study import Study
@@ -240,7 +240,8 @@ def _finish(plan, shards, folder, out, fill):
             sources += rest
             surveyed |= survey(rest, study.grid)
         about = plan.known.about if plan.known else {}
-        reduce(study, sources, surveyed, out, describe(study) | about)
+        events = _find_events(plan, state_labels(study, surveyed), fill)
+        reduce(study, sources, surveyed, out, describe(study) | about, events)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(
@@ -262,6 +263,15 @@ def _fill_gaps(plan, found, fill):
     note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
     rest = Plan.of(plan.study, rest=(names, points))
     return _sources(rest, fill(rest))
+
+
+def _find_events(plan, names, fill):
+    """Shards of the transition table, if the study asks for it."""
+    if not plan.study.outputs.transitions:
+        return ()
+    events = Plan.of_events(plan.study, names, plan.block_points)
+    note(f"transitions of {' '.join(names)}, about {readable_time(events.seconds)} of work")
+    return fill(events).values()
 
 
 def _rounds(plan, fill):

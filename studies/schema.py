@@ -8,10 +8,15 @@ that is said here, and xarray, MATLAB, Julia or R read it.
     ends  H  P  state  mode      eigenvalue, frequency: if [outputs] asks for them
     ends  H  P  state  s         theta, x, y: if [outputs] asks for shapes
     ends  H  P                   stable_count, preferred_state
+    transition                   transition_ends, _H, _P, _state, _other_state, _event, …: if [outputs] asks
+                                 for them; one row an event (`TRANSITIONS`)
     failure                      failure_ends, failure_H, failure_P, failure_state: positions; failure_reason
 
 * At prescribed shortening `shortening` is the dimension in place of `P`, which becomes a variable; the
   attribute `control` says which. The failure table is there only if points failed.
+* The transition table has the events of every state of the dataset at every gap, between the first and the
+  last load, exactly and not to the nearest grid point. It holds names and numbers, not positions. The
+  attribute `transitions_failed` tells where events could not be found.
 * Numbers are dimensionless, `comment` tells by what they were divided; NaN where there is nothing.
 * Codes are small integers whose meanings stand in `flag_meanings`. `status`: 0 solved, 1 no_equilibrium,
   2 inadmissible (a contact would have to pull, or a bump passes a wall: values kept, no verdict), 3 failed,
@@ -31,6 +36,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
+from elastica.transitions import Event
 
 FORMAT_VERSION = 1
 CONTROLS = ("P", "shortening")
@@ -62,7 +68,7 @@ class Variable(NamedTuple):
             codes = list(self.flags)
             attributes["flag_values"] = np.array([code.value for code in codes], self.dtype)
             attributes["flag_meanings"] = " ".join(code.name.lower() for code in codes)
-        else:
+        elif self.units:
             attributes["units"] = self.units
         return attributes
 
@@ -166,6 +172,38 @@ VARIABLES = {
         comment="of least energy, or bending_energy at prescribed shortening; -1 where no state is stable",
     ),
 }
+
+TRANSITIONS = {
+    f"transition_{name}": Variable(
+        dtype, ("transition",), long_name, comment=comment, flags=flags, units=units
+    )
+    for name, dtype, long_name, comment, flags, units in (
+        ("ends", "S1", "end conditions at A and B of an event", "", None, ""),
+        ("H", "f8", "half gap of an event", "H*/L", None, "1"),
+        ("P", "f8", "thrust at an event", "P* L^2/(4 pi^2 EI)", None, "1"),
+        ("shortening", "f8", "approach of the ends at an event", "Delta L*/L", None, "1"),
+        ("state", "S1", "state to which an event happens", "", None, ""),
+        ("other_state", "S1", "state that is met at an event", "empty if none is known", None, ""),
+        ("event", "i1", "what happens to the state", "", Event, ""),
+        (
+            "index_before",
+            "i2",
+            "index of the state just below the load",
+            "-1 where it does not exist",
+            None,
+            "1",
+        ),
+        (
+            "index_after",
+            "i2",
+            "index of the state just above the load",
+            "-1 where it does not exist",
+            None,
+            "1",
+        ),
+    )
+}
+"""Columns of the transition table, as `elastica.transitions` has them."""
 
 COORDINATES = {
     "ends": {"long_name": "end conditions at A and B"},

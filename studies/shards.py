@@ -16,6 +16,7 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
+from studies.events import write_events
 from studies.files import ACCESS, PART, define, hash_values, sync, temporary_beside, write_failures
 from studies.progress import note
 from studies.schema import FORMAT_VERSION, coordinates, per_state
@@ -56,7 +57,48 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     str
         Name of the file.
     """
-    content = _encoded(identity, block, outputs, names, arrays, failures, seconds)
+    # A row of scattered points has no gap of its own: the block knows those of the points.
+    H = block.H if len(block.H) == block.shape[1] else (np.nan,)
+    labels = coordinates((block.ends,), H, block.control, block.given, names, outputs)
+
+    def fill(dataset):
+        define(dataset, labels, per_state(labels, outputs), _attributes(identity, seconds))
+        for name, values in arrays.items():
+            dataset.variables[name][:] = values
+        write_failures(dataset, block.control, failures)
+
+    return _store(folder, identity, block, fill)
+
+
+def write_events_shard(folder, identity, block, rows, failed, seconds):
+    """Write the events that were found at a block of gaps; the arguments are as for `write_shard`.
+
+    Parameters
+    ----------
+    block : Gaps
+    rows, failed
+        From `find_events`.
+
+    Returns
+    -------
+    str
+        Name of the file.
+    """
+
+    def fill(dataset):
+        dataset.setncatts(_attributes(identity, seconds))
+        write_events(dataset, rows, failed)
+
+    return _store(folder, identity, block, fill)
+
+
+def _attributes(identity, seconds):
+    return {**identity, "format_version": FORMAT_VERSION, "seconds": seconds}
+
+
+def _store(folder, identity, block, fill):
+    """Write what `fill` puts into an empty dataset: name of the file."""
+    content = _encoded(fill)
     place = place_of(block)
     path = folder / f"{place}.{_seal(identity, block, content)}.nc"
     with temporary_beside(folder / place) as temporary:
@@ -69,20 +111,13 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     return path.name
 
 
-def _encoded(identity, block, outputs, names, arrays, failures, seconds):
+def _encoded(fill):
     """The bytes of a shard: made in memory, where no full disk stops the library half-way."""
-    # A row of scattered points has no gap of its own: the block knows those of the points.
-    H = block.H if len(block.H) == block.shape[1] else (np.nan,)
-    labels = coordinates((block.ends,), H, block.control, block.given, names, outputs)
     with ACCESS:
         dataset = netCDF4.Dataset("shard", "w", memory=1)
         dataset.set_auto_mask(False)
         dataset.set_auto_chartostring(False)
-        attributes = {**identity, "format_version": FORMAT_VERSION, "seconds": seconds}
-        define(dataset, labels, per_state(labels, outputs), attributes)
-        for name, values in arrays.items():
-            dataset.variables[name][:] = values
-        write_failures(dataset, block.control, failures)
+        fill(dataset)
         dataset.setncattr("content_hash", hash_values(dataset))
         return bytes(dataset.close())
 

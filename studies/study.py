@@ -14,6 +14,7 @@ from pydantic import ValidationError, model_validator
 
 from elastica.chain.profile import parse_profile
 from elastica.states import parse_state, states
+from elastica.transitions import LARGEST_P
 from studies.errors import MOST_SHOWN, StudyError, shown
 from studies.evaluate import Task
 from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
@@ -60,6 +61,28 @@ class Study(Table):
             solve.check("U" * max(contacts, 1), self.grid.ends[0])
         except ValueError as problem:
             raise ValueError(f"states.max_contacts: {problem}") from None
+        return self
+
+    @model_validator(mode="after")
+    def _events_that_can_be_found(self):
+        if not self.outputs.transitions:
+            return self
+        remedy = "or leave transitions out"
+        if self.grid.control != "P":
+            raise ValueError(
+                f"outputs.transitions = true lists events along P, but shortening is prescribed; "
+                f"prescribe P {remedy}"
+            )
+        if self.solve.method != "exact":
+            raise ValueError(
+                f'outputs.transitions = true needs solve.method = "exact", not "{self.solve.method}"; '
+                f"change it {remedy}"
+            )
+        if not 0 < self.grid.given[-1] <= LARGEST_P:
+            raise ValueError(
+                f"outputs.transitions = true needs loads up to {LARGEST_P:g} at the most, but P ends at "
+                f"{self.grid.given[-1]:g}; change P {remedy}"
+            )
         return self
 
     @classmethod

@@ -13,6 +13,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    StrictBool,
     StrictInt,
     StrictStr,
     ValidationInfo,
@@ -285,6 +286,8 @@ class Outputs(Table):
     eigenvalues: Annotated[StrictInt, Field(ge=0, le=100)] = 0
     frequencies: Annotated[StrictInt, Field(ge=0, le=100)] = 0
     shapes: Annotated[StrictInt, Field(ge=0, le=100_000)] = 0
+    # None rather than false: a study that does not ask for them is the one it was before they were known.
+    transitions: StrictBool | None = None
 
     @field_validator("shapes")
     @classmethod
@@ -292,3 +295,8 @@ class Outputs(Table):
         if shapes == 1:
             raise ValueError("1 sample is no shape; use 0 for none or at least 2")
         return shapes
+
+    @field_validator("transitions")
+    @classmethod
+    def _not_asked_for(cls, transitions):
+        return transitions or None

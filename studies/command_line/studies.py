@@ -144,10 +144,12 @@ def reduce(ctx, study, output, reuse, force_unlock):
 def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
     from elastica.codes import Stability, Status
+    from studies.events import FAILED
     from studies.files import opened
 
     with opened(output) as dataset:
         status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
+        without_events = getattr(dataset, FAILED, "")
     points = int((status != Status.NOT_COMPUTED).any(axis=-1).sum())
     of = "" if points == status[..., 0].size else f" of {status[..., 0].size:,}"
     counts = {code: int((status == code).sum()) for code in Status}
@@ -159,6 +161,9 @@ def _summarise(ctx, output):
     )
     if counts[Status.FAILED]:
         click.echo("the points that failed, with reasons, are in the failure table", err=True)
+    if without_events:
+        click.echo(f"transitions that could not be found: {without_events}", err=True)
+    if counts[Status.FAILED] or without_events:
         ctx.exit(FAILED_POINTS)
 
 
