@@ -18,7 +18,7 @@ from elastica.solution import solve
 from elastica.states import parse_state
 from elastica.strip import PHYSICAL, Strip
 from studies.errors import StudyError
-from studies.schema import COORDINATES, VARIABLES, control_of
+from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of
 from studies.study import Study
 
 if TYPE_CHECKING:
@@ -35,6 +35,8 @@ QUANTITIES = {
     "bending_energy": "energy",
     "curvature": "curvature",
     "frequency": "frequency",
+    "transition_P": "force",
+    **dict.fromkeys(("transition_H", "transition_shortening"), "distance"),
     **dict.fromkeys(
         ("H", "shortening", "flat_length", "clearance", "contact_position", "s", "x", "y"), "distance"
     ),
@@ -153,6 +155,36 @@ class Elastica:
             {**status.coords, "s": ("s", np.linspace(0, 1, samples), COORDINATES["s"])},
             dataset.attrs,
         )
+
+    def transitions(self) -> Dataset:
+        """Where states begin, end, meet and change their stability, at the labels of this dataset.
+
+        Of ``dataset.sel(…)`` those of the ends, gaps and states that are left; ``.to_dataframe()`` makes a
+        table.
+
+        Returns
+        -------
+        Dataset
+            One row an event along `transition`: `ends`, `H`, `P`, `shortening`, `state`, `other_state`, the
+            codes of `elastica.Event` in `event`, `index_before`, `index_after`.
+
+        Raises
+        ------
+        StudyError
+            If the study did not ask for them.
+        """
+        dataset = self._dataset
+        if "transition" not in dataset.dims:
+            raise StudyError(
+                "the dataset has no transitions; compute it with transitions = true in [outputs], or find "
+                "those of one state with elastica.transitions"
+            )
+        rows = dataset[list(TRANSITIONS)]
+        left = np.logical_and.reduce(
+            [np.isin(rows[f"transition_{axis}"], self._variable(axis)) for axis in ("ends", "H", "state")]
+        )
+        rows = rows.reset_coords(drop=True).isel(transition=left)
+        return rows.rename({name: name.removeprefix("transition_") for name in TRANSITIONS})
 
     def physical(self, strip: Strip) -> Dataset:
         """The dataset of a real strip: newtons, metres, joules, 1/m and hertz in place of numbers.

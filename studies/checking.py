@@ -4,23 +4,30 @@ Left out: repairing. A file that fails is reported, never changed.
 """
 
 import json
+from itertools import product
 from pathlib import Path
 
 import numpy as np
 
 from elastica.codes import Stability, Status
+from elastica.transitions import Event
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
+from studies.events import Gaps, find_events, in_order, place_of, read_events
 from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
 from studies.reduction import Source, potential, summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.sandbox import call
-from studies.schema import COORDINATES, VARIABLES, control_of, coordinates, per_state, variables
+from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of, coordinates, per_state, variables
 from studies.study import NUMERICS_VERSION, Study
 from studies.tables import Outputs
 
 SAMPLE, SAMPLE_GAPS = 200, 3
 """Grid points to solve again; under prescribed shortening, at how many gaps, since each is traced."""
+SAMPLE_EVENTS = 3
+"""States at one gap whose transitions are found again."""
+AGREE = 1e-9
+"""Relative difference between events from different processors."""
 ROUNDING = 1e-12
 ROOM = 100.0
 """Values differ between processors by rounding; `error` bounds it for κ, lengths and energy, the others
@@ -75,14 +82,30 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         if missing:
             raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
         values = {name: dataset.variables[name][:] for name in expected}
-        problems += _conventions(dataset, expected)
+        table = _table(dataset, path)
+        problems += _conventions(dataset, expected | table)
+    events, without_events = read_events(path)
     problems += _flags(values) + _ranges(values, labels) + _counts(values, control)
     if study is not None:
         foreign = _agreement(study, labels)
         problems += foreign or _recompute(study, labels, values, sample, seed)
+        problems += foreign or _events(
+            study, labels, events, without_events, min(sample, SAMPLE_EVENTS), seed
+        )
         if study.grid.refine and not foreign:
             problems += _refinement(path, study, labels)
-    return _describe(path, attributes, labels, values, sample), problems
+    return _describe(path, attributes, labels, values, events, sample), problems
+
+
+def _table(dataset, path):
+    """Columns of the transition table, if there is one."""
+    if "transition" not in dataset.dimensions:
+        return {}
+    for name, variable in TRANSITIONS.items():
+        found = dataset.variables.get(name)
+        if found is None or found.dimensions[:1] != variable.dims or found.dtype != np.dtype(variable.dtype):
+            raise StudyError(f"{path}: {name} missing or without its dimensions; damaged")
+    return TRANSITIONS
 
 
 def _of_this_version(attributes):
@@ -228,6 +251,42 @@ def _recompute(study, labels, values, sample, seed):
     return problems
 
 
+def _events(study, labels, events, without, sample, seed):
+    """Rows of the transition table that cannot be; and those of some states at some gaps, found again."""
+    if not study.outputs.transitions:
+        return ["there is a transition table, for which the study did not ask"] if events else []
+    names = [str(name) for name in labels["state"]]
+    first, last = study.grid.given[0], study.grid.given[-1]
+    codes = [event.value for event in Event]
+    wrong = [
+        row
+        for row in events
+        if row.ends not in study.grid.ends
+        or row.H not in study.grid.H
+        or row.state not in names
+        or row.event not in codes
+        or not first <= row.P <= last
+    ]
+    if wrong:
+        return [f"{len(wrong)} rows of the transition table do not belong to the dataset, first {wrong[0]}"]
+    problems = (
+        [] if in_order(events, study.grid.ends, names) == events else ["the transitions are not in order"]
+    )
+    searched = list(product(study.grid.ends, study.grid.H, names))
+    for number in np.random.default_rng(seed).permutation(len(searched))[:sample]:
+        ends, H, name = searched[number]
+        if f"{place_of(ends, H, name)}: " in without:
+            continue
+        block = Gaps((0, 0, 0), ends, (H,), "P", (first, last))
+        new = in_order(find_events(block, [name])[0], study.grid.ends, names)
+        old = [row for row in events if (row.ends, row.H, row.state) == (ends, H, name)]
+        if [row[4:] for row in old] != [row[4:] for row in new] or not np.allclose(
+            [row[2:4] for row in old], [row[2:4] for row in new], rtol=AGREE, atol=AGREE
+        ):
+            problems.append(f"the transitions of {name} cannot be found again at {ends} H={H:g}")
+    return problems
+
+
 def _chosen(computed, control, sample, seed):
     """Indices along ends, H and the control of those points computed that are to be solved again."""
     rng = np.random.default_rng(seed)
@@ -266,7 +325,7 @@ def _differs(name, old, new, sure):
     return ~same.all(axis=tuple(range(1, a.ndim)))
 
 
-def _describe(path, attributes, labels, values, sample):
+def _describe(path, attributes, labels, values, events, sample):
     """What is in the file, on one screen."""
     status = values["status"]
     lines = [
@@ -296,6 +355,8 @@ def _describe(path, attributes, labels, values, sample):
             (here == Status.FAILED).sum(),
         ]
         lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>7,}".format(name, *counts))
+    if events:
+        lines.append(f"  {len(events):,} transitions")
     lines.append(f"  {min(sample, points):,} grid points solved again")
     if not _of_this_version(attributes):
         then = attributes.get("numerics_version", "unknown")

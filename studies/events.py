@@ -74,14 +74,14 @@ def find_events(block, names, within=here):
         for name in (name for name in names if is_canonical(name, block.ends)):
             for piece in survive(partial(within, _find, block.ends, H, block.given), [name], H.size):
                 failed += [
-                    f"{place(block.ends, H[piece.points[i]], name)}: {why}"
+                    f"{place_of(block.ends, H[piece.points[i]], name)}: {why}"
                     for i, why in piece.reasons.items()
                 ]
                 rows += piece.values.get("rows", [])
     return rows, failed
 
 
-def place(ends, H, name):
+def place_of(ends, H, name):
     """Where the events of a state are looked for, in words."""
     return f"{ends} H={H:.12g} {name}"
 

@@ -34,7 +34,8 @@ def merge(paths, out):
     -------
     Study
         Of the grid that has every label of them all. Points that none holds are not computed; states that
-        some of them left out are, where others solve them.
+        some of them left out are, where others solve them. If any has a transition table, that of all labels
+        is computed anew, since gaps, loads and states may be more than each has.
 
     Raises
     ------
