@@ -230,8 +230,8 @@ class Plan:
         """What the transition table takes beyond the points."""
         events = Plan.of_events(self.study, self.task.names)
         yield (
-            f"events    transitions at {events.points:,} gaps, then: at most about "
-            f"{readable_time(events.seconds)} of work" + ", and for every further root" * self.task.every_root
+            f"events    transitions at {events.points:,} gaps, in the end: {readable_time(events.seconds)} "
+            "of work" + " for these states, and more for further roots" * self.task.every_root
         )
 
     def _of_refinement(self):

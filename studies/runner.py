@@ -270,7 +270,7 @@ def _find_events(plan, names, fill):
     if not plan.study.outputs.transitions:
         return ()
     events = Plan.of_events(plan.study, names, plan.block_points)
-    note(f"transitions of {' '.join(names)}, about {readable_time(events.seconds)} of work")
+    note(f"transitions of {' '.join(names)}: {readable_time(events.seconds)} of work")
     return fill(events).values()
 
 
