@@ -9,8 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from elastica.codes import Stability, Status
-from elastica.transitions import Event
+from elastica.codes import Event, Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
 from studies.events import Gaps, find_events, in_order, place_of, read_events

@@ -35,8 +35,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.codes import Stability, Status
-from elastica.transitions import Event
+from elastica.codes import Event, Stability, Status
 
 FORMAT_VERSION = 1
 CONTROLS = ("P", "shortening")
