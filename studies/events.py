@@ -16,7 +16,6 @@ from studies.evaluate import Block, Piece, here, survive
 from studies.files import COMPRESSION, opened, read_labels, write_labels
 from studies.schema import TRANSITIONS
 
-PREFIX = "transition_"
 FAILED = "transitions_failed"
 """Attribute that tells where events could not be found, and why."""
 
