@@ -157,7 +157,7 @@ def _study(path, attributes, problems):
     """The study that the file was computed from, if its description is intact."""
     try:
         study = Study.from_dict(json.loads(attributes["config_json"]), path)
-    except (KeyError, ValueError) as problem:
+    except (KeyError, ValueError, RecursionError) as problem:
         problems.append(f"the study in config_json cannot be read ({problem})")
         return None
     identities = ("study_id", "numerics_id") if _of_this_version(attributes) else ("study_id",)

@@ -28,6 +28,8 @@ def fault(dataset):
     for name in set(TEXTS) & set(dataset.ncattrs()):
         if not isinstance(dataset.getncattr(name), str):
             return f"the attribute {name} is no text"
+    if not isinstance(getattr(dataset, "numerics_version", 0), (int, np.integer)):
+        return "the attribute numerics_version is no whole number"
     control = control_of(dataset.dimensions)
     axes = ("ends", "H", control, "state")
     for axis in axes:

@@ -32,6 +32,8 @@ MOST_LABELS = 1_000_000
 MOST_POINTS = 1_000_000_000
 LARGEST_NUMBER = 1e300
 MOST_LEVELS, MOST_AUDITED = 8, 1000
+MOST_DRAWN = 10_000_000
+"""Points drawn at random in all cells of a refined grid, which are in memory together."""
 MOST_LETTERS = 100
 """Of the name of a state or of an end condition."""
 
@@ -208,6 +210,13 @@ class Grid(Table):
             raise ValueError(
                 f"{points:,} points are too many; keep ends × H × {self.control} to {MOST_POINTS:,}"
             )
+        if self.refine:
+            cells = math.prod((len(axis) - 1) // self.refine.stride for axis in (self.H, self.given))
+            if cells * self.refine.audit > MOST_DRAWN:
+                raise ValueError(
+                    f"refine.audit = {self.refine.audit} in {cells:,} cells are too many points; keep to "
+                    f"{MOST_DRAWN:,}"
+                )
         return self
 
     @field_serializer("H", "P", "shortening")

@@ -39,7 +39,8 @@ VALUES = (
     *[datetime.date(1979, 5, 27), datetime.time(7, 32), datetime.datetime(1979, 5, 27, 7, 32)],
     *[[], [[]], [{}], [0.1], [0.1, 0.2], [0.2, 0.1], [0.1, 0.1], [0.1, "a"], [True], [[0.1]], ["U", "U"], {}],
     *[{"start": 0.1, "stop": 0.2, "num": 1_000_000}, {"start": 1, "stop": 2}, {"num": 3}, {"a": {"b": {}}}],
-    *[{"start": 0.1, "stop": 0.4, "num": 3, "spacing": "log"}, {"levels": 3}, {"start": [], "stop": {}}],
+    *[{"start": 0.1, "stop": 0.4, "num": 3, "spacing": "log"}, {"start": [], "stop": {}}],
+    *[{"levels": 3}, {"levels": 1, "audit": 1000}],
     *[list(range(1, 1000)), ["clamped-clamped"] * 100, [f"{k}/1" for k in range(30)]],
 )
 KEYS = (

@@ -56,34 +56,28 @@ def _loading(folder):
 
 
 @contextmanager
-def dask_by_hand(folder, workers=("--nanny", "--no-nanny"), **environment):
+def dask_by_hand(folder, workers=2, **environment):
     """A scheduler and workers as separate processes: its address and itself."""
     file = folder / "scheduler.json"
 
     def begin(*arguments):
         return subprocess.Popen(
-            [*DASK, *arguments, "--no-dashboard"],
+            [*DASK, *map(str, arguments), "--no-dashboard", "--scheduler-file", str(file)],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
             env=os.environ | environment,
         )
 
-    started = [begin("scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file))]
+    started = [begin("scheduler", "--host", "127.0.0.1", "--port", 0)]
     try:
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + 120
         while not file.exists() and time.monotonic() < deadline:
-            time.sleep(0.1)
-        of_worker = (
-            "--scheduler-file",
-            str(file),
-            "--nthreads",
-            "1",
-            "--local-directory",
-            str(folder / "dask"),
-        )
-        started += [begin("worker", *of_worker, nanny) for nanny in workers]
+            time.sleep(0.05)
+        options = ("--nthreads", 1, "--no-nanny", "--local-directory", folder / "dask")
+        started += [begin("worker", *options) for _ in range(workers)]
         yield json.loads(file.read_text())["address"], started[0]
     finally:
-        for process in started[::-1]:
-            process.terminate()
-            process.wait(timeout=60)
+        # Workers whose scheduler has gone may take minutes to end of themselves.
+        for process in started:
+            process.kill()
+            process.wait()

@@ -49,6 +49,10 @@ BAD = [
     ("grid.P", [10**400], "is not a finite number"),
     ("grid.P", {"start": 5.0, "stop": 1.0, "num": 3}, "stop = 1.0 is not above start = 5.0"),
     ("grid.P.num", 1_000_000_000_000, "grid.P.num"),
+    ("grid.P", "x" * 5000, "xxx… is neither a list nor"),
+    ("grid.a\nb", 1, "unknown key grid.'a\\nb'; allowed"),
+    ("solve", {"method": "chain", "links": 16**5000}, "solve.links = a number of thousands of digits"),
+    ("grid.ends", ["x" * 5000], "xxx… is not allowed; string should have at most 100 characters"),
     ("grid.shortening", [0.1], "grid: give either P or shortening"),
     ("grid.P", None, "grid: give either P or shortening"),
     ("grid", {"ends": ["0/1"], "H": [0.1], "shortening": [0.1, 2.0]}, "keep 0 <= shortening < 2"),
@@ -85,7 +89,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(("key", "value", "message"), BAD, ids=[f"{k}={v}" for k, v, _ in BAD])
+@pytest.mark.parametrize(("key", "value", "message"), BAD, ids=[f"{case[0]}: {case[2]}" for case in BAD])
 def test_a_mistake_is_one_sentence_with_file_key_value_and_remedy(key, value, message):
     with pytest.raises(StudyError) as problem:
         Study.from_dict(changed(key, value), "bad.toml")
@@ -106,6 +110,27 @@ def test_a_grid_that_nobody_can_compute_is_refused():
     content = changed("grid.P.num", 1_000_000)
     content["grid"]["H"] = {"start": 0.01, "stop": 0.4, "num": 1_000_000}
     with pytest.raises(StudyError, match="points are too many"):
+        Study.from_dict(content)
+
+
+def test_the_blocks_of_a_large_grid_share_their_labels_and_too_many_are_refused(monkeypatch):
+    """Otherwise the plan of a thousand million points takes gigabytes."""
+    plan = Study.from_dict(GOOD).plan(block_points=4)
+    first, *_ = plan.blocks
+    same = [block for block in plan.blocks if block.place[::2] == first.place[::2]]
+    assert len(same) == 2
+    assert all(block.given is first.given for block in same)
+    monkeypatch.setattr("studies.plan.MOST_BLOCKS", len(plan.blocks))
+    assert Study.from_dict(GOOD).plan(block_points=4).blocks == plan.blocks
+    monkeypatch.setattr("studies.plan.MOST_BLOCKS", len(plan.blocks) - 1)
+    with pytest.raises(StudyError, match="study small: more than 11 blocks are too many"):
+        Study.from_dict(GOOD).plan(block_points=4)
+
+
+def test_more_random_points_than_memory_are_refused():
+    content = changed("grid.refine", {"levels": 1, "audit": 1000})
+    content["grid"] |= {name: {"start": 0.01, "stop": 0.4, "num": 1000} for name in ("H", "P")}
+    with pytest.raises(StudyError, match=r"refine\.audit = 1000 in 998,001 cells are too many points"):
         Study.from_dict(content)
 
 
