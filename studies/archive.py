@@ -88,7 +88,7 @@ def describe(file: Path) -> Entry:
         H=_extent(dataset.source.H),
         **{study.grid.control: _extent(dataset.source.given)},
         solve=study.solve.arguments,
-        outputs=study.outputs.model_dump(),
+        outputs=study.outputs.model_dump(exclude_none=True),
     )
 
 
