@@ -12,6 +12,7 @@ from elastica.codes import Stability, Status
 from elastica.solution import solve
 from studies.plot.boundaries import event_at
 from studies.plot.reading import solves_exactly
+from studies.reduction import potential
 
 MOST_READ, SAMPLES = 400, 48
 SECTIONS, TIMES = 16, 4
@@ -20,7 +21,6 @@ MOST_INDEX = 3
 TOGETHER = 2e-3
 """Distance, as part of the diagram, at which branches meet."""
 QUANTITIES = ("P", "shortening", "curvature", "energy", "bending_energy", "reaction")
-POTENTIAL = {"P": "energy", "shortening": "bending_energy"}
 
 
 class Piece(NamedTuple):
@@ -206,9 +206,9 @@ def jumps(pieces, control, prescribed):
                 continue
             start = {q: values[end] for q, values in run.items()}
             targets = [stop for other in runs for stop in _crossings(*other[:2], start, control, scale)]
-            lower = [stop for stop in targets if stop[1][POTENTIAL[control]] < start[POTENTIAL[control]]]
+            lower = [stop for stop in targets if stop[1][potential(control)] < start[potential(control)]]
             if lower:
-                other, stop = min(lower, key=lambda found: found[1][POTENTIAL[control]])
+                other, stop = min(lower, key=lambda found: found[1][potential(control)])
                 lost.append(Jump(control, state, other, start, stop))
     return lost
 
