@@ -14,11 +14,8 @@ from elastica.catalogue import find_states
 from elastica.chain.descent import between_walls, descend
 from elastica.solution import solve
 from elastica.states import MOST_ENUMERATED, parse_state
+from elastica.transitions import NEXT_TO, distance
 
-NEXT_TO = 1e-7
-"""Relative distance in load at which the states that begin where one ends are looked up."""
-SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
-"""Relative difference of energy, and of curvature in units of √p, that they may have by then."""
 CHAINS = ((100, 0.02), (120, -0.02))
 """Links and nudge of the chains that are let go: where they part, so may strips."""
 BEYOND = (1e-2, 3e-2)
@@ -93,9 +90,7 @@ def _beginning(lost):
     P, H, ends = (float(lost.P[0]), float(lost.H[0]), lost.ends)
     contacts = min(len(lost.state.word) + 1, MOST_ENUMERATED)
     found = find_states(P=np.array([1 - NEXT_TO, 1 + NEXT_TO]) * P, H=H, ends=ends, max_contacts=contacts)
-    off = np.abs(found.energy - lost.energy) / np.maximum(np.abs(found.energy), 1e-6)
-    turned = np.abs(found.curvature - lost.curvature) / np.sqrt(1 + 40 * found.P)
-    same = np.flatnonzero((off < SAME_ENERGY) & (turned < SAME_CURVATURE))
+    same = np.flatnonzero(np.isfinite(distance(found, lost.energy, lost.curvature)))
     return [(str(found.state[i]), float(found.P[i])) for i in same]
 
 

@@ -38,6 +38,8 @@ ASIDE = 1e-3
 must be told apart."""
 NEXT_TO = 1e-9
 """Relative distance in load at which what is met is looked up: at narrow gaps shapes change fast with it."""
+SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
+"""Relative difference of energy, and of curvature in units of √p, that one shape may have by then."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -279,19 +281,36 @@ def _met(state, ends, control, columns):
     ):
         for points, numbers, solution in search(_neighbours(state, ends), ends, "P", P * beside, H):
             name = solution.state.name
-            far = np.abs(solution.energy - columns["energy"][points])
-            far = far / np.maximum(np.abs(solution.energy), 1e-6)
-            turned = np.abs(solution.curvature - columns["curvature"][points]) / np.sqrt(1 + 40 * solution.P)
-            good = (solution.status == Status.SOLVED) & (far < 1e-4) & (turned < 1e-2)
+            apart = distance(solution, columns["energy"][points], columns["curvature"][points])
+            good = (solution.status == Status.SOLVED) & np.isfinite(apart)
             itself = (name == state.name.partition(":")[0]) & (numbers == state.root)
             good &= ~(itself & here[points])
             for i in np.flatnonzero(good):
-                rank = far[i] + turned[i] + here[points[i]]
+                rank = apart[i] + here[points[i]]
                 if rank < best[points[i]]:
                     best[points[i]] = rank
                     numbered = numbers[i] > 1 and control == "P"
                     met[points[i]] = f"{name}:{numbers[i]}" if numbered else name
     return met
+
+
+def distance(found, energy, curvature):
+    """How unlike equilibria `NEXT_TO` an event are to the state there, by energy and by curvature over √p.
+
+    Parameters
+    ----------
+    found : Solution or FoundStates
+        Of n equilibria.
+    energy, curvature : array_like, shape (n,) or ()
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Infinite unless they have the same shape at the event.
+    """
+    off = np.abs(found.energy - energy) / np.maximum(np.abs(found.energy), 1e-6)
+    turned = np.abs(found.curvature - curvature) / np.sqrt(1 + 40 * found.P)
+    return np.where((off < SAME_ENERGY) & (turned < SAME_CURVATURE), off + turned, np.inf)
 
 
 @cache

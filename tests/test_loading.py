@@ -163,3 +163,10 @@ def test_a_strip_between_springs_passes_from_state_to_state():
     euler = float(euler_root(1, parse_ends("0.3/2.5"))) ** 2 / FOUR_PI_SQUARED
     assert path["event_control"].values[2] == pytest.approx(euler, rel=1e-9)
     assert not path["jump"].any()
+
+
+@pytest.mark.parametrize("H", [0.003, 0.03])
+def test_at_narrow_gaps_too_the_buckled_strip_comes_to_the_wall_without_a_jump(H):
+    path = loading_path(CC, H, P=[0.9, 1.000002, 2.0, 0.9])
+    assert words(path) == ["0", "B1", "U", "0"]
+    assert not path["jump"].any()
