@@ -110,7 +110,7 @@ def damage_told(path):
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
 
 
-def define(dataset, labels, variables, attributes):
+def define(dataset, labels, variables, attributes, compressed=True):
     """Create dimensions, coordinates and variables in an empty dataset.
 
     Parameters
@@ -122,28 +122,31 @@ def define(dataset, labels, variables, attributes):
         All of them must be written: what is not has no defined value.
     attributes : dict
         Global attributes, text or numbers.
+    compressed : bool
+        Whether in chunks that are compressed and have checksums.
     """
+    filters = COMPRESSION if compressed else {}
     for dim, values in labels.items():
         dataset.createDimension(dim, values.size)
-        write_labels(dataset, dim, values, COORDINATES[dim])
+        write_labels(dataset, dim, values, COORDINATES[dim], filters)
     for name, variable in variables.items():
         sizes = [labels[dim].size for dim in variable.dims]
         created = dataset.createVariable(
             name,
             variable.dtype,
             variable.dims,
-            chunksizes=chunks(variable, sizes),
+            chunksizes=chunks(variable, sizes) if compressed else None,
             fill_value=np.nan if variable.dtype == "f8" else False,
-            **COMPRESSION,
+            **filters,
         )
         created.setncatts(variable.attributes)
     dataset.setncatts({"Conventions": "CF-1.11, ACDD-1.3", **attributes})
 
 
-def write_labels(dataset, dim, values, attributes):
+def write_labels(dataset, dim, values, attributes, filters=COMPRESSION):
     """A coordinate; text as a character array, which every netCDF reader understands."""
     if values.dtype.kind != "U":
-        variable = dataset.createVariable(dim, values.dtype, (dim,), fill_value=False, **COMPRESSION)
+        variable = dataset.createVariable(dim, values.dtype, (dim,), fill_value=False, **filters)
         variable.setncatts(attributes)
         variable[:] = values
         return
@@ -152,7 +155,7 @@ def write_labels(dataset, dim, values, attributes):
         dataset.createDimension(f"string{width}", width)
     # A column of a table runs along the rows of the table.
     owner = dim.partition("_")[0]
-    variable = dataset.createVariable(dim, "S1", (owner, f"string{width}"), fill_value=False, **COMPRESSION)
+    variable = dataset.createVariable(dim, "S1", (owner, f"string{width}"), fill_value=False, **filters)
     variable.setncatts({**attributes, "_Encoding": "utf-8"})
     encoded = np.array([text.encode() for text in values], f"S{width}")
     variable[:] = encoded.view("S1").reshape(values.size, width)

@@ -17,7 +17,7 @@ import netCDF4
 import numpy as np
 
 from studies.events import write_events
-from studies.files import ACCESS, PART, define, hash_values, sync, temporary_beside, write_failures
+from studies.files import ACCESS, PART, define, sync, temporary_beside, write_failures
 from studies.progress import note
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 
@@ -62,7 +62,9 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     labels = coordinates((block.ends,), H, block.control, block.given, names, outputs)
 
     def fill(dataset):
-        define(dataset, labels, per_state(labels, outputs), _attributes(identity, seconds))
+        # Its name tells whether it is intact; to compress it would double what it costs to write and read.
+        attributes = _attributes(identity, seconds)
+        define(dataset, labels, per_state(labels, outputs), attributes, compressed=False)
         for name, values in arrays.items():
             dataset.variables[name][:] = values
         write_failures(dataset, block.control, failures)
@@ -118,7 +120,6 @@ def _encoded(fill):
         dataset.set_auto_mask(False)
         dataset.set_auto_chartostring(False)
         fill(dataset)
-        dataset.setncattr("content_hash", hash_values(dataset))
         return bytes(dataset.close())
 
 
