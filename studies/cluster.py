@@ -14,6 +14,7 @@ from shutil import which
 from tempfile import TemporaryDirectory
 
 from studies.errors import StudyError
+from studies.files import PART
 from studies.sandbox import MALLOC
 
 QUEUES = {
@@ -125,7 +126,8 @@ def queued_cluster(queue, workers, folder):
     workers : int
         How many to ask for.
     folder : Path
-        That all machines see: certificates made for this run are there, unless dask is configured with some.
+        That all machines see, of the shards: certificates made for this run are there, unless dask is
+        configured with some.
 
     Raises
     ------
@@ -180,7 +182,7 @@ def _encryption(folder):
         yield Security(require_encryption=True)
         return
     made = Security.temporary()
-    with TemporaryDirectory(prefix=".certificates-", dir=folder.resolve()) as place:
+    with TemporaryDirectory(prefix=".certificates-", suffix=PART, dir=folder.resolve()) as place:
         paths = {}
         for part, text in (
             ("ca", made.tls_ca_file),

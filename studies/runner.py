@@ -7,7 +7,8 @@ and written by whoever computed it; what comes back is its name.
 import os
 import shutil
 import uuid
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -47,8 +48,9 @@ class Policy(NamedTuple):
         Worker processes on this machine; 0 computes in this process, where a crash ends the run and
         nothing limits the time. By default as many as there are processors, and one when the whole
         study takes but seconds. A single worker is a helper of this process; more are a dask cluster.
-    client : distributed.Client, optional
-        A running cluster to use instead.
+    cluster : callable, optional
+        Gives a context manager of a dask client, to be used instead; called when the folder of the shards
+        is there and locked, and only if there is something to compute.
     part : (int, int), optional
         Compute part i of n only, to be joined by `join`.
     raises : bool
@@ -62,7 +64,7 @@ class Policy(NamedTuple):
     """
 
     workers: int | None = None
-    client: "Client | None" = None
+    cluster: "Callable[[], AbstractContextManager] | None" = None
     part: tuple[int, int] | None = None
     raises: bool = False
     max_failures: int | None = None
@@ -94,8 +96,10 @@ def run(
     study : Study
     out : str or Path, optional
         The file to write, by default `<study name>.nc` in the current folder.
-    workers, client, **policy
+    workers, **policy
         See `Policy`.
+    client : distributed.Client, optional
+        A running cluster to use instead of workers.
     block_points : int, optional
         Grid points of a block. Neither this nor the workers ever change a value.
     reuse : str or Path, optional
@@ -114,7 +118,8 @@ def run(
     out = Path(out or f"{study.name}.nc")
     if not is_done(study, out) or folder_of(out).exists():
         known = lend(Path(reuse), study) if reuse else None
-        compute(Plan.of(study, block_points, known), out, Policy(workers, client, **policy))
+        cluster = None if client is None else partial(nullcontext, client)
+        compute(Plan.of(study, block_points, known), out, Policy(workers, cluster, **policy))
     return open(out)
 
 
@@ -297,33 +302,34 @@ def _rounds(plan, fill):
 
 @contextmanager
 def _filling(folder, policy):
-    """A function that gives the shards of a plan, whose local workers are started once; and its failures."""
+    """A function that gives the shards of a plan, whose workers are started once; and its failures."""
     with ExitStack() as stack:
         started, tally = [], Tally()
 
-        def cluster(count):
+        def client(count):
             if not started:
-                started.append(stack.enter_context(local_cluster(count)))
+                cluster = policy.cluster() if policy.cluster else local_cluster(count)
+                started.append(stack.enter_context(cluster))
             return started[0]
 
-        yield partial(_fill, folder=folder, policy=policy, tally=tally, cluster=cluster), tally
+        yield partial(_fill, folder=folder, policy=policy, tally=tally, client=client), tally
 
 
-def _fill(plan, folder, policy, tally, cluster):
+def _fill(plan, folder, policy, tally, client):
     """Compute until every block has an intact shard: the shards."""
     for _ in range(ROUNDS):
         shards = find_shards(folder, plan.blocks, plan.identity)
         todo = [block for block in plan.blocks if block not in shards]
         if not todo:
             return shards
-        _compute(plan, todo, folder, policy, tally, cluster)
+        _compute(plan, todo, folder, policy, tally, client)
     raise StudyError(f"{folder}: shards are damaged as soon as they are written; look after the disk")
 
 
-def _compute(plan, todo, folder, policy, tally, cluster):
+def _compute(plan, todo, folder, policy, tally, client):
     """Compute blocks."""
     with ExitStack() as stack:
-        results = _results(plan, todo, folder, policy, stack, cluster)
+        results = _results(plan, todo, folder, policy, stack, client)
         points, left = (sum(block.points for block in some) for some in (plan.blocks, todo))
         advance = stack.enter_context(progress(points, points - left))
         for done in _kept(results, folder):
@@ -348,22 +354,22 @@ def _kept(results, folder):
         ) from None
 
 
-def _results(plan, todo, folder, policy, stack, cluster):
-    """What the blocks gave, as they finish."""
+def _results(plan, todo, folder, policy, stack, client):
+    """What the blocks gave, as they finish; `client` gives that of so many workers."""
     limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
     job = Job(plan.task, plan.identity, folder, versions(), "", limit, policy.raises)
-    client = policy.client
-    if client is None:
+    count = min(processors() if policy.workers is None else policy.workers, len(todo))
+    if policy.cluster is None:
         if policy.workers == 0:
             job = job._replace(limit=None)
-        count = min(processors() if policy.workers is None else policy.workers, len(todo))
         # One process beside this one survives as much as a cluster of one, and starts at once.
         if count <= 1 or (policy.workers is None and plan.small):
             return (compute_block(block, job) for block in todo)
+    if plan.study.grid.refine is not None:
         # Of a refined study nobody knows how many blocks are to come.
-        client = cluster((policy.workers or processors()) if plan.study.grid.refine else count)
+        count = policy.workers or processors()
     job = job._replace(probe=stack.enter_context(_probe(folder)))
-    return dispatch(client, todo, job)
+    return dispatch(client(count), todo, job)
 
 
 @contextmanager

@@ -10,6 +10,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 from contextlib import suppress
 from pathlib import Path
 
@@ -167,17 +168,19 @@ def find_shards(folder, blocks, identity):
 
 
 def discard_parts(folder, blocks=None):
-    """Remove what writers of these blocks, or of any, left unfinished when they were killed."""
+    """Remove what writers of these blocks, or all runs, left unfinished when they were killed."""
     places = None if blocks is None else {place_of(block) for block in blocks}
     for leftover in folder.glob(f".*{PART}"):
-        if places is None or leftover.name[1:].partition(".")[0] in places:
+        if leftover.is_dir() and places is None:
+            shutil.rmtree(leftover, ignore_errors=True)
+        elif places is None or leftover.name[1:].partition(".")[0] in places:
             leftover.unlink(missing_ok=True)
 
 
 def remove_shards(folder):
-    """Remove every shard and what is unfinished; then the folder, unless it holds something else."""
+    """Remove every shard."""
     for path in folder.iterdir():
-        if NAME.fullmatch(path.name) or path.name.endswith(PART) or path.name.startswith(PROBE):
+        if NAME.fullmatch(path.name) or path.name.startswith(PROBE):
             path.unlink(missing_ok=True)
 
 

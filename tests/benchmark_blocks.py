@@ -8,6 +8,8 @@ import subprocess
 import sys
 import tempfile
 import time
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 
 import psutil
@@ -66,7 +68,7 @@ def measure(plan, out, address, scheduler, worker):
     runner._finish = timed
     with Client(address) as client:
         start = time.perf_counter()
-        runner.compute(plan, out, Policy(client=client))
+        runner.compute(plan, out, Policy(cluster=partial(nullcontext, client)))
         computing, joining = begun[0] - start, time.perf_counter() - begun[0]
         solver = psutil.Process(worker).children()[0].pid
         memory = {"client": psutil.Process().pid, "scheduler": scheduler, "worker": worker, "solver": solver}

@@ -2,6 +2,7 @@
 
 import signal
 import sys
+from functools import partial
 from pathlib import Path
 
 import click
@@ -81,12 +82,12 @@ def run(
         raise StudyError(f"--cluster {cluster}: say how many workers to ask for, such as --workers 40")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
     try:
-        client = None
+        connect = None
         if scheduler:
-            client = ctx.with_resource(running_cluster(scheduler))
+            connect = partial(running_cluster, scheduler)
         if cluster:
-            client = ctx.with_resource(queued_cluster(cluster, workers, output.parent))
-        policy = Policy(workers, client, shard, on_error == "raise", max_failures, time_limit, force_unlock)
+            connect = partial(queued_cluster, cluster, workers, folder_of(output))
+        policy = Policy(workers, connect, shard, on_error == "raise", max_failures, time_limit, force_unlock)
         known = lend(reuse, study) if reuse else None
         failed = compute(Plan.of(study, known=known), output, policy)
     except (KeyboardInterrupt, SystemExit):

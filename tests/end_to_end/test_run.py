@@ -89,6 +89,23 @@ def test_parts_computed_apart_are_joined_to_the_same_dataset(study, dataset_file
     assert list(tmp_path.iterdir()) == [out]
 
 
+def test_what_is_computed_needs_no_cluster_and_a_killed_one_leaves_no_certificates(
+    study, dataset_file, tmp_path
+):
+    plan, out = study.plan(block_points=24), tmp_path / "small.nc"
+    compute(plan, out, Policy(workers=0, part=(1, 1)))
+    left = folder_of(out) / ".certificates-killed.part"
+    left.mkdir()
+    (left / "key.pem").touch()
+
+    def start():
+        raise AssertionError("there is nothing to compute")
+
+    compute(plan, out, Policy(cluster=start))
+    assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
+    assert list(tmp_path.iterdir()) == [out]
+
+
 def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypatch):
     from studies import evaluate
 
