@@ -14,10 +14,7 @@ from elastica.states import is_canonical
 from elastica.transitions import transitions
 from studies.evaluate import Block, Piece, here, survive
 from studies.files import COMPRESSION, opened, read_labels, write_labels
-from studies.schema import TRANSITIONS
-
-FAILED = "transitions_failed"
-"""Attribute that tells where events could not be found, and why."""
+from studies.schema import TRANSITIONS, TRANSITIONS_FAILED
 
 
 class Gaps(Block):
@@ -104,7 +101,7 @@ def in_order(rows, ends, names):
 def write_events(dataset, rows, failed):
     """The table, in an open dataset; nothing where there is no event."""
     if failed:
-        dataset.setncattr(FAILED, "; ".join(failed))
+        dataset.setncattr(TRANSITIONS_FAILED, "; ".join(failed))
     if not rows:
         return
     dataset.createDimension("transition", len(rows))
@@ -126,7 +123,7 @@ def write_events(dataset, rows, failed):
 def read_events(path):
     """What `write_events` wrote: rows, and where there are none because their search failed."""
     with opened(path) as dataset:
-        failed = str(getattr(dataset, FAILED, ""))
+        failed = str(getattr(dataset, TRANSITIONS_FAILED, ""))
         if "transition" not in dataset.dimensions:
             return [], failed
         columns = [read_labels(dataset.variables[name], path).tolist() for name in TRANSITIONS]

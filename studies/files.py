@@ -17,7 +17,7 @@ import numpy as np
 
 from studies.errors import StudyError
 from studies.sandbox import Lost, call
-from studies.schema import COORDINATES, FORMAT_VERSION
+from studies.schema import COORDINATES, FORMAT_VERSION, TRANSITIONS_FAILED
 from studies.structure import fault
 
 if TYPE_CHECKING:
@@ -201,14 +201,17 @@ def content_hash(path):
 def hash_values(dataset):
     """SHA-256 of what an open dataset says, whoever wrote it.
 
-    Covers what was asked (the numerics, what is prescribed, the states looked for) and every variable: its
-    name, dimensions, type, labels and values, all NaN alike and both zeros. Does not cover how the values are
-    stored (compression, chunks, byte order), texts for readers, the origin (versions, times, host), and units
-    and meanings of flags, which `check` compares with those of the format.
+    Covers what was asked (the numerics, what is prescribed, the states looked for), where no transitions
+    could be found, and every variable: its name, dimensions, type, labels and values, all NaN alike and both
+    zeros. Does not cover how the values are stored (compression, chunks, byte order), texts for readers, the
+    origin (versions, times, host), and units and meanings of flags, which `check` compares with those of the
+    format.
     """
     digest = hashlib.sha256()
     for name in ("numerics_id", "control", "states_searched"):
         digest.update(f"{name} {getattr(dataset, name, '')}".encode())
+    if TRANSITIONS_FAILED in dataset.ncattrs():
+        digest.update(f"{TRANSITIONS_FAILED} {dataset.getncattr(TRANSITIONS_FAILED)}".encode())
     for name in sorted(dataset.variables):
         variable = dataset.variables[name]
         digest.update(

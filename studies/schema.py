@@ -203,6 +203,8 @@ TRANSITIONS = {
     )
 }
 """Columns of the transition table, as `elastica.transitions` has them."""
+TRANSITIONS_FAILED = "transitions_failed"
+"""Attribute that tells where transitions could not be found, and why."""
 
 COORDINATES = {
     "ends": {"long_name": "end conditions at A and B"},

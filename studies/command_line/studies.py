@@ -145,12 +145,12 @@ def reduce(ctx, study, output, reuse, force_unlock):
 def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
     from elastica.codes import Stability, Status
-    from studies.events import FAILED
     from studies.files import opened
+    from studies.schema import TRANSITIONS_FAILED
 
     with opened(output) as dataset:
         status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
-        without_events = getattr(dataset, FAILED, "")
+        without_events = getattr(dataset, TRANSITIONS_FAILED, "")
     points = int((status != Status.NOT_COMPUTED).any(axis=-1).sum())
     of = "" if points == status[..., 0].size else f" of {status[..., 0].size:,}"
     counts = {code: int((status == code).sum()) for code in Status}

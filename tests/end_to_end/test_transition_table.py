@@ -13,7 +13,7 @@ import studies
 from elastica import Event
 from studies import Study, StudyError, runner
 from studies.events import Gaps
-from studies.files import identify
+from studies.files import identify, opened
 from studies.merging import merge
 
 CONTENT = {
@@ -174,6 +174,9 @@ def test_what_fails_is_told_and_costs_one_state_at_one_gap(table_file, tmp_path,
         assert lost.sizes["transition"] > 0
         assert dataset.sizes["transition"] == all_rows.sizes["transition"] - lost.sizes["transition"]
     assert studies.check(out, sample=12)[1] == []
+    with opened(out, "a") as dataset:
+        dataset.delncattr("transitions_failed")
+    assert any("content_hash" in problem for problem in studies.check(out, sample=0)[1])
 
 
 @pytest.mark.parametrize(
