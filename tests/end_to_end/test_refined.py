@@ -8,8 +8,10 @@ from end_to_end.test_growing import altered
 import studies
 from elastica import Status
 from studies import Study, StudyError, runner
+from studies.cluster import local_cluster
 from studies.command_line import main
 from studies.files import identify
+from studies.merging import merge
 from studies.plot import chart
 from studies.runner import Policy, compute, join
 
@@ -142,6 +144,33 @@ def test_more_levels_take_the_points_that_are_there(study, refined, dense, tmp_p
     share = assert_part_of(tmp_path / "fine.nc", dense)
     assert there + sum(points) == round(share * FINEST)
     assert studies.check(tmp_path / "fine.nc", sample=20)[1] == []
+
+
+def test_a_dense_study_takes_the_points_of_a_refined_one(dense_study, refined, dense, tmp_path, monkeypatch):
+    points, original = [], runner.compute_block
+    monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
+    studies.run(dense_study, tmp_path / "all.nc", workers=0, reuse=refined).close()
+    assert sum(points) == FINEST - round(assert_part_of(refined, dense) * FINEST)
+    assert identify(tmp_path / "all.nc")["content_hash"] == identify(dense)["content_hash"]
+
+
+def test_refined_datasets_are_merged_and_what_none_computed_stays_unknown(study, refined, tmp_path, computed):
+    other = computed(with_grid(study, ends=["clamped-pinned"]))
+    merge([refined, other], tmp_path / "both.nc")
+    assert studies.check(tmp_path / "both.nc", sample=20)[1] == []
+    with studies.open(tmp_path / "both.nc") as both:
+        for path in (refined, other):
+            with studies.open(path) as part:
+                again = both.sel(ends=part.ends, state=part.state)
+                for name in ("status", "stability", "index", "energy", "stable_count"):
+                    assert np.array_equal(again[name], part[name], equal_nan=part[name].dtype.kind == "f")
+                assert (part["status"] == Status.NOT_COMPUTED).any()
+
+
+def test_a_refined_study_on_workers_that_are_there_already(study, refined, tmp_path):
+    with local_cluster(1) as client:
+        studies.run(study, tmp_path / "again.nc", client=client, block_points=200).close()
+    assert identify(tmp_path / "again.nc")["content_hash"] == identify(refined)["content_hash"]
 
 
 def test_under_prescribed_shortening(computed, study):
