@@ -5,12 +5,23 @@ import os
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
 from pathlib import Path
 
-COMMAND = [sys.executable, "-c", "from studies.command_line import main; main()"]
-DASK = [sys.executable, "-m", "dask"]
+from distributed import Client, Security
+
 TESTS = Path(__file__).parents[1]
+COMMAND = [sys.executable, "-c", "from studies.command_line import main; main()"]
+MAIN = "import sys; from distributed.cli.{0} import main; main(sys.argv[1:])"
+TLS = """
+distributed:
+  comm:
+    require-encryption: true
+    tls:
+      ca-file: {0}/ca.pem
+      scheduler: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+      worker: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+      client: {{cert: {0}/cert.pem, key: {0}/key.pem}}
+"""
 
 
 def elastica(*arguments, cwd=None, timeout=300, **environment):
@@ -55,29 +66,50 @@ def _loading(folder):
     }
 
 
-@contextmanager
-def dask_by_hand(folder, workers=2, **environment):
-    """A scheduler and workers as separate processes: its address and itself."""
-    file = folder / "scheduler.json"
+class ByHand:
+    """A scheduler and workers, each a process of its own, that talk through TLS."""
 
-    def begin(*arguments):
-        return subprocess.Popen(
-            [*DASK, *map(str, arguments), "--no-dashboard", "--scheduler-file", str(file)],
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=os.environ | environment,
-        )
-
-    started = [begin("scheduler", "--host", "127.0.0.1", "--port", 0)]
-    try:
+    def __init__(self, folder, **environment):
+        self.folder, self.processes, self.count = folder, [], 0
+        made = Security.temporary()
+        for name, text in (
+            ("ca", made.tls_ca_file),
+            ("cert", made.tls_client_cert),
+            ("key", made.tls_client_key),
+        ):
+            (folder / f"{name}.pem").write_text(text)
+        (folder / "distributed.yaml").write_text(TLS.format(folder))
+        self.environment = environment | {"DASK_CONFIG": str(folder)}
+        file = folder / "scheduler.json"
+        options = ["--host", "tls://127.0.0.1", "--port", "0", "--scheduler-file", file]
+        self.scheduler = self.start("", "dask_scheduler", *options)
         deadline = time.monotonic() + 120
         while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
-        options = ("--nthreads", 1, "--no-nanny", "--local-directory", folder / "dask")
-        started += [begin("worker", *options) for _ in range(workers)]
-        yield json.loads(file.read_text())["address"], started[0]
-    finally:
+        self.address = json.loads(file.read_text())["address"]
+
+    def start(self, before, program, *options):
+        command = [sys.executable, "-c", before + MAIN.format(program), *map(str, options), "--no-dashboard"]
+        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        self.processes.append(subprocess.Popen(command, env=os.environ | self.environment, **silent))
+        return self.processes[-1]
+
+    def worker(self, before="", nanny="--no-nanny"):
+        """Start a worker: its process and its name."""
+        self.count += 1
+        options = ["--nthreads", 1, nanny, "--name", self.count, "--local-directory", self.folder / "dask"]
+        return self.start(before, "dask_worker", self.address, *options), self.count
+
+    def client(self):
+        ca, cert, key = (f"{self.folder}/{name}.pem" for name in ("ca", "cert", "key"))
+        security = Security(require_encryption=True, tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key)
+        return Client(self.address, security=security, set_as_default=False)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
         # Workers whose scheduler has gone may take minutes to end of themselves.
-        for process in started:
+        for process in self.processes:
             process.kill()
             process.wait()

@@ -1,18 +1,15 @@
 """The same run wherever there are processors: the same dataset, whoever joins, leaves or is a stranger."""
 
-import json
 import os
 import signal
-import subprocess
-import sys
 import time
 
 import dask
 import pytest
 from click.testing import CliRunner
-from distributed import Client, Security, default_client
+from distributed import Security, default_client
 from end_to_end.conftest import TOML
-from end_to_end.processes import elastica
+from end_to_end.processes import ByHand, elastica
 
 import studies
 from studies import Study, StudyError, cluster, dispatch, runner
@@ -22,72 +19,14 @@ from studies.command_line import main
 from studies.files import identify
 from studies.study import NUMERICS_VERSION
 
-MAIN = "import sys; from distributed.cli.{0} import main; main(sys.argv[1:])"
 STRANGE = "import studies.blocks; studies.blocks.versions = lambda: (('numerics', '0'),); "
-TLS = """
-distributed:
-  comm:
-    require-encryption: true
-    tls:
-      ca-file: {0}/ca.pem
-      scheduler: {{cert: {0}/cert.pem, key: {0}/key.pem}}
-      worker: {{cert: {0}/cert.pem, key: {0}/key.pem}}
-      client: {{cert: {0}/cert.pem, key: {0}/key.pem}}
-"""
-
-
-class ByHand:
-    """A scheduler and workers, each a process of its own, that talk through TLS."""
-
-    def __init__(self, folder):
-        self.folder, self.processes, self.count = folder, [], 0
-        made = Security.temporary()
-        for name, text in (
-            ("ca", made.tls_ca_file),
-            ("cert", made.tls_client_cert),
-            ("key", made.tls_client_key),
-        ):
-            (folder / f"{name}.pem").write_text(text)
-        (folder / "distributed.yaml").write_text(TLS.format(folder))
-        self.environment = {"DASK_CONFIG": str(folder)}
-        file = folder / "scheduler.json"
-        options = ["--host", "tls://127.0.0.1", "--port", "0", "--scheduler-file", file]
-        self.start("", "dask_scheduler", *options)
-        deadline = time.monotonic() + 120
-        while not file.exists() and time.monotonic() < deadline:
-            time.sleep(0.05)
-        self.address = json.loads(file.read_text())["address"]
-
-    def start(self, before, program, *options):
-        command = [sys.executable, "-c", before + MAIN.format(program), *map(str, options), "--no-dashboard"]
-        silent = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        self.processes.append(subprocess.Popen(command, env=os.environ | self.environment, **silent))
-        return self.processes[-1]
-
-    def worker(self, before="", nanny="--no-nanny"):
-        """Start a worker: its process and its name."""
-        self.count += 1
-        options = ["--nthreads", 1, nanny, "--name", self.count, "--local-directory", self.folder / "dask"]
-        return self.start(before, "dask_worker", self.address, *options), self.count
-
-    def client(self):
-        ca, cert, key = (f"{self.folder}/{name}.pem" for name in ("ca", "cert", "key"))
-        security = Security(require_encryption=True, tls_ca_file=ca, tls_client_cert=cert, tls_client_key=key)
-        return Client(self.address, security=security, set_as_default=False)
-
-    def stop(self):
-        # Workers whose scheduler has gone may take minutes to end of themselves.
-        for process in self.processes:
-            process.kill()
-            process.wait()
 
 
 @pytest.fixture(scope="module")
 def by_hand(tmp_path_factory):
-    started = ByHand(tmp_path_factory.mktemp("by-hand"))
-    started.first = started.worker()[0]
-    yield started
-    started.stop()
+    with ByHand(tmp_path_factory.mktemp("by-hand")) as started:
+        started.first = started.worker()[0]
+        yield started
 
 
 def names(client):

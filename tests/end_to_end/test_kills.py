@@ -12,7 +12,7 @@ from pathlib import Path
 import psutil
 import pytest
 from end_to_end.conftest import TOML
-from end_to_end.processes import dask_by_hand, witnessed
+from end_to_end.processes import ByHand, witnessed
 
 import studies
 from studies.files import identify
@@ -88,7 +88,9 @@ def test_kills_at_random_moments(many_blocks, tmp_path, rng, full):
         with ExitStack() as stack:
             where, killed = "2", None
             if victim == "scheduler":
-                where, killed = stack.enter_context(dask_by_hand(tools, **environment))
+                by_hand = stack.enter_context(ByHand(tools, **environment))
+                by_hand.worker(), by_hand.worker()
+                where, killed, environment = by_hand.address, by_hand.scheduler, by_hand.environment
             process = begin(toml, out, where, **environment)
             least = -0.1 if victim == "client" else 1 / BLOCKS
             wait(process, folder / "small.nc.shards", rng.uniform(least, 1))
