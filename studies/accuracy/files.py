@@ -25,15 +25,19 @@ class Folder:
     data: xr.Dataset = field(default_factory=xr.Dataset)
 
     @classmethod
-    def checked(cls, path):
-        """A folder that can be written to.
+    def made(cls, path):
+        """A folder that can be written to, made in one that is there if need be.
 
         Raises
         ------
         StudyError
         """
-        if not path.is_dir() or not os.access(path, os.W_OK):
-            raise StudyError(f"{path}: this folder does not exist or cannot be written to")
+        try:
+            path.mkdir(exist_ok=True)
+        except OSError as problem:
+            raise StudyError(f"{path}: this folder cannot be made ({problem.strerror})") from None
+        if not os.access(path, os.W_OK):
+            raise StudyError(f"{path}: this folder cannot be written to")
         return cls(path)
 
     def keep(self, chosen, seconds, error):

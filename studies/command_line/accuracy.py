@@ -28,8 +28,8 @@ def accuracy(output, quick, names, scale, workers):
     from studies.accuracy.files import Folder
     from studies.accuracy.measure import QUICK_ROUNDS, ROUNDS, methods, rounds
 
-    folder = Folder.checked(output)
     chosen, skipped = methods(names, quick)
+    folder = Folder.made(output)
     for line in skipped:
         click.echo(line, err=True)
     count, done = QUICK_ROUNDS if quick else ROUNDS, 0
@@ -54,8 +54,8 @@ def _scale(output, largest, workers):
     from studies.accuracy.files import Folder
     from studies.accuracy.scale import figure, markdown, scale, sizes
 
-    folder = Folder.checked(output)
     sizes(largest)
+    folder = Folder.made(output)
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
     data = None
     try:

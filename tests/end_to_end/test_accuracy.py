@@ -78,8 +78,8 @@ def test_a_wrong_index_is_an_infinite_error():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["-o", "nowhere"], "nowhere: this folder does not exist or cannot be written to"),
-        (["--method", "abacus"], "method 'abacus' is not known; use some of exact"),
+        (["-o", "nowhere/new"], "nowhere/new: this folder cannot be made (No such file or directory)"),
+        (["-o", "new", "--method", "abacus"], "method 'abacus' is not known; use some of exact"),
     ],
 )
 def test_bad_input(arguments, message, tmp_path, monkeypatch):

@@ -15,11 +15,12 @@ def measure(folder, points):
 def test_costs_of_a_small_study(tmp_path, monkeypatch):
     monkeypatch.setattr(scale, "OUTPUTS", {"maps": ""})
     monkeypatch.setattr(scale, "LAYOUTS", scale.LAYOUTS[:2])
-    result = measure(tmp_path, "1e3")
+    folder = tmp_path / "made"
+    result = measure(folder, "1e3")
     assert result.exit_code == 0, result.output
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["scale.md", "scale.nc", "scale.png"]
+    assert sorted(path.name for path in folder.iterdir()) == ["scale.md", "scale.nc", "scale.png"]
     assert "| 1,000 |" in result.stdout
-    with xr.open_dataset(tmp_path / "scale.nc") as data:
+    with xr.open_dataset(folder / "scale.nc") as data:
         spent = data.sel(points=1000)
         assert 0.01 < spent["solving"] < spent["shards"] + spent["solving"]
         assert min(spent["client_memory"], spent["worker_memory"]) > 50e6
@@ -31,7 +32,7 @@ def test_costs_of_a_small_study(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("points", ["10", "nan", "-1e9", "inf"])
 def test_impossible_numbers_of_points_are_refused(points, tmp_path):
-    result = measure(tmp_path, points)
+    result = measure(tmp_path / "made", points)
     assert result.exit_code == 2
     assert "give 1,000 to 1,000,000,000 points" in result.stderr
     assert not list(tmp_path.iterdir())
