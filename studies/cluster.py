@@ -14,7 +14,6 @@ from shutil import which
 from tempfile import TemporaryDirectory
 
 from studies.errors import StudyError
-from studies.files import PART
 from studies.sandbox import MALLOC
 
 QUEUES = {
@@ -177,6 +176,8 @@ def _encryption(folder):
     """The certificates that dask is configured for, or some for this run, in files of the user alone."""
     import dask
     from distributed import Security
+
+    from studies.files import PART
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)
