@@ -3,6 +3,18 @@
 >>> import studies
 >>> study = studies.Study.from_toml("catalogs/first-chart.toml")      # doctest: +SKIP
 >>> dataset = studies.run(study, workers=2)                           # doctest: +SKIP
+
+Study         what is asked for, from a TOML file or a dict, validated before anything runs
+Plan          a study cut into blocks: how many points, how large, how long
+run           compute a study and open its dataset
+open          open a dataset as `xarray.Dataset`, which has `.elastica` for what this package adds
+check         verify a dataset and say what is in it
+plot          figures and films of a dataset: `plot.chart`, `plot.bifurcation`, `plot.shapes` …
+loading_path  push and release a strip slowly: the loop, with its jumps, as a dataset
+Catalog       a folder of finished datasets, found again without opening them
+StudyError    the error of everything here: one sentence that says what to change
+
+Each is imported when it is first used.
 """
 
 from importlib import import_module
@@ -32,6 +44,11 @@ _HOME = {
 }
 
 __all__ = sorted(_HOME)
+
+
+def __dir__() -> list[str]:
+    """What there is, imported or not: completion and `help` look here."""
+    return __all__
 
 
 def __getattr__(name: str) -> Any:

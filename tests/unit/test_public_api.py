@@ -1,4 +1,8 @@
 import inspect
+import pydoc
+import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,3 +54,19 @@ def test_the_citation_is_that_of_this_version():
     assert f'version = "{citation["version"]}"' in project
     assert f"## {citation['version']}" in changes
     assert citation["license"] == "BSD-3-Clause"
+
+
+def test_completion_shows_what_is_imported_on_first_use():
+    code = "import sys, studies; print(*dir(studies)); print({'dask', 'xarray'} & {*sys.modules} or 'light')"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    names, weight = run.stdout.splitlines()
+    assert (names.split(), weight) == (studies.__all__, "light")
+
+
+def test_help_explains_every_public_function_and_class():
+    text = pydoc.plain(pydoc.render_doc(studies))
+    for name in studies.__all__:
+        assert re.search(rf"^{name} ", studies.__doc__, re.MULTILINE)
+        kind = "class" if inspect.isclass(getattr(studies, name)) else ""
+        if callable(getattr(studies, name)):
+            assert re.search(rf"^ +{kind} ?{name}\(", text, re.MULTILINE), name
