@@ -54,7 +54,7 @@ def test_a_point_that_never_returns_costs_that_point(tmp_path):
         failed = found["status"] == Status.FAILED
         assert int(failed.sum()) == 1
         assert failed.sel(ends="clamped-pinned", H=0.2, P=4.6, state="U")
-        assert str(found["failure_reason"].values[0]) == "Lost: no answer within 2 s"
+        assert str(found["failure_reason"].values[0]) == "Lost: no answer within 4 s"
 
 
 def test_the_run_stops_at_the_first_failure_or_at_too_many_if_asked(toml, tmp_path, dataset_file):

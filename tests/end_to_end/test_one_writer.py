@@ -7,7 +7,7 @@ import time
 
 import pytest
 from end_to_end.conftest import TOML
-from end_to_end.processes import elastica, start
+from end_to_end.processes import elastica, poisoned, start
 
 from studies import StudyError
 from studies.files import identify
@@ -16,13 +16,16 @@ from studies.lock import sole_writer
 
 @pytest.fixture
 def long_run(tmp_path):
-    """A run that has begun, and its study."""
+    """A run that has begun and does not end, and its study."""
     toml = tmp_path / "small.toml"
-    toml.write_text(TOML.replace("num = 12", "num = 2000").replace("eigenvalues = 3", "eigenvalues = 30"))
-    process = start("run", toml, "--workers", 0, cwd=tmp_path)
+    toml.write_text(TOML)
+    # It never comes to the end of the point that hangs.
+    process = start(
+        "run", toml, "--workers", 0, cwd=tmp_path, **poisoned("hang", "clamped-clamped", 0.2, 9.0)
+    )
     lock = tmp_path / "small.nc.shards" / "run.lock"
-    deadline = time.monotonic() + 60
-    while not (lock.exists() and lock.read_text()) and time.monotonic() < deadline:
+    while not (lock.exists() and lock.read_text()):
+        assert process.poll() is None
         time.sleep(0.05)
     yield process, toml
     process.kill()
