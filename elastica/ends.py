@@ -5,6 +5,7 @@ import re
 from typing import NamedTuple
 
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.spelling import did_you_mean, meant
 
 DIGITS = 12
 """Significant digits of a spring in names: labels of the same spring compare equal."""
@@ -43,6 +44,9 @@ class End(NamedTuple):
 
 
 CLAMPED, PINNED = End(math.inf), End(0.0)
+NAMED = {"clamped": CLAMPED, "pinned": PINNED}
+IN_WORDS = {"fixed": "clamped", "hinged": "pinned", "simple": "pinned", "supported": "pinned"}
+"""What some would call an end, by what is asked whether they mean it."""
 
 
 class Ends(NamedTuple):
@@ -85,12 +89,22 @@ def parse_ends(text):
         a, b = (_parse_end(part.strip()) for part in (text[: cut.start()], text[cut.end() :]))
         if a is not None and b is not None:
             return Ends(a, b)
-    raise ValueError(f"ends = {text!r} is not known; {ALLOWED}")
+    raise ValueError(f"ends = {text!r} is not known{_question(text)}; {ALLOWED}")
+
+
+def _question(text):
+    """Which ends were meant by a text that names none; one alone stands for both."""
+    parts = re.split(r"[-−–—/,\s]+", text.strip()) if isinstance(text, str) else []
+    parts = [part if _parse_end(part) else meant(IN_WORDS.get(part, part), NAMED) for part in parts]
+    if None in parts or len(parts) not in (1, 2):
+        return ""
+    spelled = str(parse_ends("/".join(parts * (3 - len(parts)))))
+    return did_you_mean(spelled, [spelled])
 
 
 def _parse_end(text):
     """The end that a word or a number stands for, None where there is none."""
-    named = {"clamped": CLAMPED, "pinned": PINNED}.get(text)
+    named = NAMED.get(text)
     if named is not None:
         return named
     try:

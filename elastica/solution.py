@@ -17,6 +17,7 @@ from elastica.euler import euler_root
 from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
+from elastica.spelling import did_you_mean
 from elastica.states import Segment, State, parse_state
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from elastica.spectrum import Conventional
 
 LARGEST_LOAD = 1e6
+METHODS = ("exact", "chain")
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,7 +211,8 @@ def solve(
 
         return solve_chain(state, P=P, H=H, ends=ends, shortening=shortening, **chain)
     if method != "exact":
-        raise ValueError(f"method = {method!r}; use exact or chain")
+        question = did_you_mean(method, METHODS)
+        raise ValueError(f"method = {method!r} is not known{question}; use {' or '.join(METHODS)}")
     if chain:
         raise ValueError(f"{', '.join(sorted(chain))}: of a chain only; add method='chain'")
     ends = parse_ends(ends)

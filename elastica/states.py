@@ -48,12 +48,17 @@ import numpy as np
 
 from elastica.ends import Ends, parse_ends
 from elastica.segments import HALF, Kind
+from elastica.spelling import did_you_mean
 
 GRAMMAR = re.compile(
     r"(?P<straight>0)|B(?P<mode>[1-9]\d{0,3})"
     r"|(?P<a>a?)(?P<word>[UD]+)(?P<b>a?)(?P<line>-?)(?::(?P<root>[1-9]\d?))?"
 )
 MOST_CONTACTS, MOST_ENUMERATED = 50, 10
+DASHES = "_−–—"
+"""Typed or pasted where a hyphen was meant."""
+IN_WORDS = {"straight": "0", "flat": "0", "o": "0", "buckled": "B1", "upper": "U", "lower": "D", "line": "U-"}
+"""What some would call a state, by what is asked whether they mean it."""
 
 
 class Segment(NamedTuple):
@@ -163,7 +168,8 @@ def parse_state(name, ends="clamped-clamped"):
     match = GRAMMAR.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueError(
-            f"state = {name!r} is not known; use 0, B1, B2, … or a contact word such as U, Ua, U-, UD, UD:2"
+            f"state = {name!r} is not known{_question(name)}; use 0, B1, B2, … or a contact word such as "
+            "U, Ua, U-, UD, UD:2"
         )
     if match["straight"]:
         return State("0")
@@ -192,6 +198,14 @@ def parse_state(name, ends="clamped-clamped"):
         upper, kind_a = max(images, key=lambda image: _spell(*image).casefold())
     spelled = _spell(upper, kind_a) + "-" * line + (f":{root}" if root > 1 else "")
     return State(spelled, word=upper, kind_a=kind_a, line=line, root=root)
+
+
+def _question(name):
+    """Which state was meant by a name that does not follow the grammar."""
+    name = str(name).strip()[:MOST_CONTACTS]
+    spelled = name.translate({ord(dash): "-" for dash in DASHES}).upper().replace("A", "a")
+    spelled = IN_WORDS.get(name.casefold(), spelled)
+    return did_you_mean(spelled, [spelled] if GRAMMAR.fullmatch(spelled) else [])
 
 
 def _from_upper(word):

@@ -29,6 +29,7 @@ from elastica.euler import euler_root
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.solution import solve
+from elastica.spelling import did_you_mean
 from elastica.states import is_canonical, parse_state
 from elastica.tracks import tracks
 
@@ -126,7 +127,8 @@ def transitions(
     ends = parse_ends(ends)
     state = parse_state(state, ends)
     if control not in ("P", "shortening"):
-        raise ValueError(f'control = {control!r} is not known; use "P" or "shortening"')
+        question = did_you_mean(control, ("P", "shortening"))
+        raise ValueError(f'control = {control!r} is not known{question}; use "P" or "shortening"')
     if not 0 < P_max <= LARGEST_P:
         raise ValueError(f"P_max = {P_max!r} is not possible; give a load above 0, up to {LARGEST_P:g}")
     H = np.unique(np.asarray(H, float))

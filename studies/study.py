@@ -6,6 +6,7 @@ Left out: what each table of the file may hold (`tables`), how the work is divid
 
 import hashlib
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 from pydantic import ValidationError, model_validator
 
 from elastica.chain.profile import parse_profile
+from elastica.spelling import did_you_mean
 from elastica.states import parse_state, states
 from elastica.transitions import LARGEST_P
 from studies.errors import MOST_SHOWN, StudyError, shown
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
 
 NUMERICS_VERSION = 3
 """Raised whenever the same study may give other values than before, beyond rounding."""
+
+DEEPEST = 4
+"""Of the tables in a study, one in another, with the lists in them."""
 
 
 class Study(Table):
@@ -116,9 +121,12 @@ class Study(Table):
 
     @classmethod
     def from_dict(cls, content: dict[str, Any], path: str | Path = "study") -> Self:
-        """Validate the content of a study file; `path` names it in messages."""
+        """Validate the content of a study file; `path` names it in messages.
+
+        Numbers and arrays may be those of NumPy, texts may be paths.
+        """
         try:
-            return cls.model_validate(content)
+            return cls.model_validate(_plain(content))
         except ValidationError as problem:
             raise StudyError(f"{path}: {_explain(problem)}") from None
 
@@ -178,6 +186,19 @@ class Study(Table):
         return Plan.of(self, **policy)
 
 
+def _plain(value, depth=DEEPEST):
+    """Content as TOML would have it, from types of NumPy and the like."""
+    if isinstance(value, Path):
+        return str(value)
+    if hasattr(value, "tolist"):  # Arrays and scalars of NumPy, series of pandas.
+        return value.tolist()
+    if depth and isinstance(value, dict):
+        return {key: _plain(item, depth - 1) for key, item in value.items()}
+    if depth and isinstance(value, (list, tuple, range)):
+        return [_plain(item, depth - 1) for item in value]
+    return value
+
+
 def _has_meaning(name, ends):
     try:
         parse_state(name, ends)
@@ -214,8 +235,8 @@ def _explain(problem):
     key = ".".join(part if part.isprintable() and len(part) <= MOST_SHOWN else shown(part) for part in where)
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
-        allowed = ", ".join(ALLOWED_KEYS.get(where[:-1], Range).model_fields)
-        return f"unknown key {key}; allowed here are {allowed}"
+        allowed = ALLOWED_KEYS.get(where[:-1], Range).model_fields
+        return f"unknown key {key}{did_you_mean(where[-1], allowed)}; allowed here are {', '.join(allowed)}"
     if kind == "missing":
         return f"{key} is missing; add it"
     if kind == "value_error":
@@ -224,4 +245,8 @@ def _explain(problem):
             message = _explain(error["ctx"]["error"])
         return f"{key}: {message}" if key else message
     remedy = REMEDIES.get(kind, error["msg"][:1].lower() + error["msg"][1:])
-    return f"{key} = {shown(value)} is not allowed; {remedy}"
+    question = ""
+    if kind == "literal_error":
+        expected = error["ctx"]["expected"]
+        question, remedy = did_you_mean(value, re.findall("'(.*?)'", expected)), f"use {expected}"
+    return f"{key} = {shown(value)} is not allowed{question}; {remedy}"

@@ -61,6 +61,14 @@ Whole = Annotated[StrictInt, Field(ge=-(2**63), lt=2**63)]
 Name = Annotated[StrictStr, Field(max_length=MOST_LETTERS)]
 
 
+def _one_or_more(value):
+    """A list, of one if a text or a number stands alone."""
+    return [value] if isinstance(value, (str, int, float)) else value
+
+
+Names = Annotated[tuple[Name, ...], BeforeValidator(_one_or_more)]
+
+
 class Range(Table):
     """`{ start, stop, num, spacing }`, both ends included."""
 
@@ -129,6 +137,8 @@ def _axis(value, info: ValidationInfo):
         value = refine.finest(value).values()
     elif isinstance(value, dict):
         value = Range(**value).values()
+    if not isinstance(value, str):
+        value = _one_or_more(value)
     if not isinstance(value, (list, tuple, np.ndarray)):
         raise ValueError(f"{shown(value)} is neither a list nor {{ start = …, stop = …, num = … }}")
     labels = _canonical_labels(value)
@@ -159,7 +169,7 @@ class About(Table):
 class Grid(Table):
     """`[grid]`: end conditions, half gaps, and loads or shortenings, all of them or refined."""
 
-    ends: Annotated[tuple[Name, ...], Field(min_length=1)]
+    ends: Annotated[Names, Field(min_length=1)]
     # Before the axes, whose labels it decides.
     refine: Refine | None = None
     H: Axis
@@ -238,7 +248,7 @@ class States(Table):
     """`[states]`: either all up to a number of contacts, or a list of names."""
 
     max_contacts: Whole | None = None
-    names: tuple[Name, ...] | None = None
+    names: Names | None = None
 
     @model_validator(mode="after")
     def _one_way(self):

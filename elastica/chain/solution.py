@@ -16,6 +16,7 @@ from elastica.ends import parse_ends
 from elastica.shapes import Shape
 from elastica.solution import Solution, blank, broadcast, prescribed, unusable
 from elastica.spectrum import Conventional
+from elastica.spelling import did_you_mean
 from elastica.states import parse_state
 
 CLAMPS = ("consistent", "published")
@@ -202,7 +203,8 @@ def check_chain(state, links, clamp, stiffness):
         If they cannot; the message says what would.
     """
     if clamp not in CLAMPS:
-        raise ValueError(f"clamp = {clamp!r}; use one of {', '.join(CLAMPS)}")
+        question = did_you_mean(clamp, CLAMPS)
+        raise ValueError(f"clamp = {clamp!r} is not known{question}; use one of {', '.join(CLAMPS)}")
     fewest = FEWEST_LINKS * (len(state.word) + 1)
     if isinstance(links, bool) or not isinstance(links, (int, np.integer)) or links < fewest:
         raise ValueError(

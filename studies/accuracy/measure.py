@@ -12,6 +12,7 @@ import numpy as np
 import xarray as xr
 from threadpoolctl import threadpool_limits
 
+from elastica.spelling import did_you_mean
 from studies.accuracy.chain import chain, extrapolated
 from studies.accuracy.collocation import collocation
 from studies.accuracy.dense import dense
@@ -109,7 +110,10 @@ def methods(names=(), quick=False):
     """
     unknown = [name for name in names if name not in FAMILIES]
     if unknown:
-        raise StudyError(f"method {unknown[0]!r} is not known; use some of {', '.join(FAMILIES)}")
+        raise StudyError(
+            f"method {unknown[0]!r} is not known{did_you_mean(unknown[0], FAMILIES)}; "
+            f"use some of {', '.join(FAMILIES)}"
+        )
     chosen, skipped = [], []
     for name, family in FAMILIES.items():
         if names and name not in names:

@@ -68,7 +68,7 @@ def bifurcation(
         If something that is needed is missing.
     """
     if show not in QUANTITIES[1:]:
-        raise StudyError(f"show = {show!r} is not possible; use {', '.join(QUANTITIES[1:])}")
+        raise StudyError(f"show = {show!r} is not possible; use {listed(QUANTITIES[1:], show)}")
     dataset = restored(dataset)
     control = control_of(dataset.sizes)
     exact = solves_exactly(dataset)
@@ -116,7 +116,7 @@ def _only(dataset, states):
     names = [str(name) for name in dataset["state"].values]
     for name in states:
         if name not in names:
-            raise StudyError(f"state = {name!r} is none of the dataset's; name one of {listed(names)}")
+            raise StudyError(f"state = {name!r} is none of the dataset's; name one of {listed(names, name)}")
     return dataset.isel(state=[names.index(name) for name in states])
 
 

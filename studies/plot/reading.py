@@ -180,11 +180,11 @@ def state_variable(dataset, variable, state):
     if variable not in shown:
         raise StudyError(
             f"show = {variable!r} is not possible; use stable, preferred, count or one of the dataset's "
-            f"{listed(shown)}"
+            f"{listed(shown, variable)}"
         )
     names = [str(name) for name in dataset["state"].values]
     if state is None:
         raise StudyError(f"show = {variable!r} needs a state; name one of {listed(names)}")
     if state not in names:
-        raise StudyError(f"state = {state!r} is none of the dataset's; name one of {listed(names)}")
+        raise StudyError(f"state = {state!r} is none of the dataset's; name one of {listed(names, state)}")
     return names.index(state)

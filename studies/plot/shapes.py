@@ -101,7 +101,7 @@ def shapes(
     known = end_conditions(dataset)
     ends = ends or known[0]
     if ends not in known:
-        raise StudyError(f"ends = {ends!r} is none of the dataset's; name one of {', '.join(known)}")
+        raise StudyError(f"ends = {ends!r} is none of the dataset's; name one of {listed(known, ends)}")
     gap = float(dataset["H"].values[nearest_label(dataset, "H", H)])
     panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
     points = _points(panel, control, given, list(states or ()))
@@ -115,7 +115,9 @@ def _points(panel, control, given, states):
     names = [str(name) for name in panel["state"].values]
     for state in states:
         if state not in names:
-            raise StudyError(f"state = {state!r} is none of the dataset's; name one of {listed(names)}")
+            raise StudyError(
+                f"state = {state!r} is none of the dataset's; name one of {listed(names, state)}"
+            )
     labels = panel[control].values
     solved = (panel["status"] == Status.SOLVED).transpose(control, "state").values
     if given is not None:

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 
 from elastica.codes import Stability
 from elastica.ends import parse_ends
+from elastica.spelling import did_you_mean
 from studies.errors import StudyError
 from studies.schema import VARIABLES
 
@@ -197,9 +198,10 @@ def end_conditions(dataset):
     return names
 
 
-def listed(names, most=20):
-    """Names in a sentence, of many the first."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+def listed(names, wrong="", most=20):
+    """Names in a sentence, of many the first; and which of them was meant by one that is wrong."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more + did_you_mean(wrong, names)
 
 
 def require(dataset, *names):

@@ -1,5 +1,6 @@
 import copy
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -35,7 +36,11 @@ def changed(key, value):
 BAD = [
     ("surprise", {}, "unknown key surprise; allowed here are study, grid, states, solve, outputs"),
     ("grid.Q", [1.0], "unknown key grid.Q; allowed here are ends, refine, H, P"),
-    ("grid.P.step", 0.1, "unknown key grid.P.step; allowed here are start, stop, num, spacing"),
+    (
+        "grid.P.step",
+        0.1,
+        "unknown key grid.P.step (did you mean 'stop'?); allowed here are start, stop, num, spacing",
+    ),
     ("grid", None, "grid is missing"),
     ("grid.H", None, "grid.H is missing"),
     ("grid.H", [], "grid.H: the axis is empty"),
@@ -70,7 +75,13 @@ BAD = [
     ("grid.P.spacing", "square", "grid.P.spacing = 'square'"),
     ("grid.P", {"start": 0.0, "stop": 1.0, "num": 3, "spacing": "log"}, "cannot start at 0"),
     ("grid.ends", ["clamped-free"], "'clamped-free' is not known; write \"A-B\""),
-    ("grid.ends", "clamped-clamped", "write a list"),
+    ("grid.ends", 7, "grid.ends.0 = 7 is not allowed; write a text"),
+    ("grid.ends", {}, "write a list"),
+    ("grid.ends", "clamp", "'clamp' is not known (did you mean 'clamped-clamped'?); write"),
+    ("grid.h", [0.1], "unknown key grid.h (did you mean 'H'?); allowed here are ends"),
+    ("outputs.eigenvalue", 3, "unknown key outputs.eigenvalue (did you mean 'eigenvalues'?)"),
+    ("solve", {"method": "chian"}, "(did you mean 'chain'?); use 'exact' or 'chain'"),
+    ("states", {"names": "u-"}, "states.names: state = 'u-' is not known (did you mean 'U-'?)"),
     ("grid.ends", [], "name at least one"),
     ("grid.ends", ["clamped-clamped", "clamped/clamped"], "names an end condition twice"),
     ("states", {"names": ["Q"]}, "states.names: state = 'Q' is not known"),
@@ -97,6 +108,36 @@ def test_a_mistake_is_one_sentence_with_file_key_value_and_remedy(key, value, me
     assert text.startswith("bad.toml: ")
     assert message in text
     assert "\n" not in text
+
+
+@pytest.mark.parametrize(
+    ("key", "one"),
+    [
+        ("grid.H", 0.1),
+        ("grid.P", 2),
+        ("grid", {"ends": "0.3/2.5", "H": 0.1, "shortening": 0}),
+        ("grid.ends", "clamped-pinned"),
+        ("states", {"names": "U"}),
+    ],
+)
+def test_one_value_is_a_list_of_one(key, one):
+    listed = {name: [value] for name, value in one.items()} if isinstance(one, dict) else [one]
+    assert Study.from_dict(changed(key, one)).study_id == Study.from_dict(changed(key, listed)).study_id
+
+
+def test_numbers_of_numpy_and_paths_are_numbers_and_texts():
+    content = changed("outputs.eigenvalues", np.int64(2))
+    content["study"]["name"] = Path("small")
+    content["grid"] = {
+        "ends": np.array(GOOD["grid"]["ends"]),
+        "H": np.array([0.05, 0.1]),
+        "P": {"start": np.float64(0.5), "stop": np.int32(5), "num": np.uint8(10)},
+    }
+    content["states"] = {"max_contacts": np.array(1)}
+    content["outputs"]["transitions"] = np.bool_(False)
+    assert Study.from_dict(content).study_id == Study.from_dict(GOOD).study_id
+    with pytest.raises(StudyError, match="axis is empty"):
+        Study.from_dict(changed("grid.H", np.array([])))
 
 
 def test_labels_are_canonical_so_that_grids_join():
