@@ -4,12 +4,18 @@ from enum import IntEnum
 
 
 class Status(IntEnum):
-    """What became of a state at a point."""
+    """What became of a state at a point.
+
+    NO_EQUILIBRIUM says that the branches of the state have all ended on this side of the point: folded, gone
+    flat, bifurcated. NOT_FOLLOWED says that the search ended before it could tell, mostly at 90°: the state
+    may well be there.
+    """
 
     SOLVED = 0
     NO_EQUILIBRIUM = 1
     INADMISSIBLE = 2
     FAILED = 3
+    NOT_FOLLOWED = 4
     NOT_COMPUTED = -1
 
 

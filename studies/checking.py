@@ -17,7 +17,16 @@ from studies.files import content_hash, damage_told, identify, opened, read_labe
 from studies.reduction import Source, potential, summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.sandbox import call
-from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of, coordinates, per_state, variables
+from studies.schema import (
+    COORDINATES,
+    FORMAT_VERSION,
+    TRANSITIONS,
+    VARIABLES,
+    control_of,
+    coordinates,
+    per_state,
+    variables,
+)
 from studies.study import NUMERICS_VERSION, Study
 from studies.tables import Outputs
 
@@ -177,10 +186,24 @@ def _conventions(dataset, expected):
         for name, wanted in attributes.items()
         for key in ("units", "flag_values", "flag_meanings")
         if key in wanted and not np.array_equal(getattr(dataset.variables[name], key, None), wanted[key])
+        if not (key.startswith("flag_") and _older_flags(dataset, name, wanted))
     ]
     if "CF-" not in str(getattr(dataset, "Conventions", "")):
         problems.append("the attribute Conventions does not name CF")
     return problems
+
+
+def _older_flags(dataset, name, wanted):
+    """Whether the codes of a variable are those of an older format: some of ours, with our meanings."""
+    if dataset.getncattr("format_version") >= FORMAT_VERSION:
+        return False
+    variable = dataset.variables[name]
+    values, meanings = (getattr(variable, key, ()) for key in ("flag_values", "flag_meanings"))
+    if not isinstance(meanings, str) or np.size(values) != len(meanings.split()):
+        return False
+    ours = dict(zip(wanted["flag_meanings"].split(), wanted["flag_values"].tolist(), strict=True))
+    theirs = dict(zip(meanings.split(), np.ravel(values).tolist(), strict=True))
+    return bool(theirs) and theirs.items() <= ours.items()
 
 
 def _flags(values):
@@ -343,7 +366,7 @@ def _describe(path, attributes, labels, values, events, sample):
     points = int(computed.sum())
     if points < computed.size:
         lines.append(f"  points      {points:,} of {computed.size:,} are computed")
-    lines.append("  state         solved   stable  inadmissible  no equilibrium  failed")
+    lines.append("  state         solved   stable  inadmissible  no equilibrium  not followed  failed")
     for number, name in enumerate(labels["state"]):
         here, verdict = status[..., number], values["stability"][..., number]
         counts = [
@@ -351,9 +374,10 @@ def _describe(path, attributes, labels, values, events, sample):
             (verdict == Stability.STABLE).sum(),
             (here == Status.INADMISSIBLE).sum(),
             (here == Status.NO_EQUILIBRIUM).sum(),
+            (here == Status.NOT_FOLLOWED).sum(),
             (here == Status.FAILED).sum(),
         ]
-        lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>7,}".format(name, *counts))
+        lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>13,} {:>7,}".format(name, *counts))
     if events:
         lines.append(f"  {len(events):,} transitions")
     lines.append(f"  {min(sample, points):,} grid points solved again")

@@ -15,7 +15,7 @@ from studies.plan import Plan
 from studies.reduction import positions
 from studies.runner import compute
 from studies.schema import per_state
-from studies.study import NUMERICS_VERSION, Study
+from studies.study import Study
 
 AGREE = 1e-9
 """Values of the same point from different processors differ by less."""
@@ -43,15 +43,16 @@ def merge(paths, out):
         If the datasets are not of the same numerics, or differ at a point that both hold.
     """
     files = [read_finished(path) for path in paths]
+    first = files[0].attributes
+    numerics = {name: first[name] for name in ("numerics_version", "numerics_id") if name in first}
     for file in files:
-        refuse_unlike(files[0].study, NUMERICS_VERSION, file)
+        refuse_unlike(files[0].study, numerics.get("numerics_version"), file)
     study = _united(files)
     for number, file in enumerate(files):
         for other in files[:number]:
             _refuse_conflicts(other, file)
-    known = known_from(
-        files, study.grid, {"merged_from": ", ".join(file.attributes["study_id"] for file in files)}
-    )
+    merged_from = ", ".join(file.attributes["study_id"] for file in files)
+    known = known_from(files, study.grid, numerics | {"merged_from": merged_from})
     if missing := int((~known.held).sum()):
         known.about["points_not_computed"] = missing
     # What no file holds stays so; states that only some of them know are computed for the others.

@@ -27,7 +27,7 @@ from studies.provenance import describe
 from studies.reduction import reduce, source_of, state_labels, survey
 from studies.refinement import StableStates
 from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
-from studies.study import Study
+from studies.study import NUMERICS_VERSION, Study
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -265,15 +265,27 @@ def _fill_gaps(plan, found, fill):
     names, points = gaps(plan.known, plan.study, found)
     if not names:
         return []
+    _refuse_older(plan, f"{' '.join(names)} at {points.sum():,} points")
     note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
     rest = Plan.of(plan.study, rest=(names, points))
     return _sources(rest, fill(rest))
+
+
+def _refuse_older(plan, what):
+    """Nothing is computed for datasets of numerics that are not ours."""
+    then = plan.known.about.get("numerics_version", NUMERICS_VERSION) if plan.known else NUMERICS_VERSION
+    if then != NUMERICS_VERSION:
+        raise StudyError(
+            f"these datasets are by version {then} of the numerics, which version {NUMERICS_VERSION} cannot "
+            f"repeat, and to join them {what} would have to be computed; compute the study anew"
+        )
 
 
 def _find_events(plan, names, fill):
     """Shards of the transition table, if the study asks for it."""
     if not plan.study.outputs.transitions:
         return ()
+    _refuse_older(plan, "their transitions")
     events = Plan.of_events(plan.study, names, plan.block_points)
     note(f"transitions of {' '.join(names)}: {readable_time(events.seconds)} of work")
     return fill(events).values()

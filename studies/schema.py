@@ -20,7 +20,8 @@ that is said here, and xarray, MATLAB, Julia or R read it.
 * Numbers are dimensionless, `comment` tells by what they were divided; NaN where there is nothing.
 * Codes are small integers whose meanings stand in `flag_meanings`. `status`: 0 solved, 1 no_equilibrium,
   2 inadmissible (a contact would have to pull, or a bump passes a wall: values kept, no verdict), 3 failed,
-  −1 not_computed. `stability`: 0 stable, 1 unstable, 2 unstable_third_order, 3 neutral_family, 4 critical
+  4 not_followed (the search ended before it could tell, mostly at 90°; since format 2), −1 not_computed.
+  `stability`: 0 stable, 1 unstable, 2 unstable_third_order, 3 neutral_family, 4 critical
   (about to change), −1 not_solved.
 * `ends` and `state` are text, the names of `elastica.ends` and `elastica.states`. States that are solved
   nowhere are left out unless the study names them; the attribute `states_searched` lists all.
@@ -37,7 +38,8 @@ import numpy as np
 
 from elastica.codes import Event, Stability, Status
 
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
+"""Raised whenever an older version would misread a file; files of older formats still open."""
 CONTROLS = ("P", "shortening")
 """What may be prescribed: one of them is a dimension, the other a variable."""
 GRID = ("ends", "H", "control")

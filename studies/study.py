@@ -24,7 +24,7 @@ from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, T
 if TYPE_CHECKING:
     from studies.plan import Plan
 
-NUMERICS_VERSION = 3
+NUMERICS_VERSION = 4
 """Raised whenever the same study may give other values than before, beyond rounding."""
 
 DEEPEST = 4
