@@ -18,17 +18,16 @@ The rotation φ moves the strip by η = ∫ φ (−sin θ, cos θ) ds from end A
 every segment; along, it adds up from segment to segment, and flat stretches go along with it.
 """
 
-from functools import cache
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.legendre import leggauss, legvander
 from scipy.special import ellipkm1
 
 from elastica.codes import Status
 from elastica.elliptic import jacobi
 from elastica.equilibrium import pendulums_of
+from elastica.legendre import reference_element, running_integral
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.segments import TINY, Kind, Pendulum, start_phase, swing_at
 from elastica.shapes import WALL
@@ -218,7 +217,7 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
             carried[:, place] += end[:, local]
             weight[:, place, place] += mass[:, local, local]
         else:
-            weight[:, place, place] += ell[:, None, None] * _reference(terms)[4][local, local]
+            weight[:, place, place] += ell[:, None, None] * reference_element(terms)[4][local, local]
         if fixed_shortening:
             constraints[:, place, -1] += _integral(np.sin(theta), ell, terms)[:, local]
     for place, vertex in zip(vertex_place, elements.vertex, strict=True):
@@ -315,7 +314,7 @@ def with_zeros(values, number):
 def _profile(elements, i, terms):
     """Thrust p cos θ + λ sin θ along a segment and θ at the quadrature points, from its end next to A."""
     kind, q = elements.kinds[i], elements.pendulums[i]
-    u = start_phase(kind, q)[:, None] + (q.r * elements.lengths[i])[:, None] * _reference(terms)[0]
+    u = start_phase(kind, q)[:, None] + (q.r * elements.lengths[i])[:, None] * reference_element(terms)[0]
     sn, cn, _ = jacobi(u, q.K[:, None], q.m[:, None])
     psi = swing_at(q, sn, cn)
     theta = elements.sides[i] * (psi + q.alpha[:, None])
@@ -326,22 +325,22 @@ def _profile(elements, i, terms):
 
 def _stiffness(thrust, ell, terms):
     """∫φ'g' − thrust φg over one segment, local order v₀, bubbles, v₁."""
-    _, weights, basis, stiffness, _ = _reference(terms)
+    _, weights, basis, stiffness, _ = reference_element(terms)
     weighted = basis.T * (weights * ell[:, None] * thrust)[:, None, :]
     return stiffness / ell[:, None, None] - weighted @ basis
 
 
 def _integral(factor, ell, terms):
     """The integrals of `factor` times each basis function over one segment, shape (n, terms + 2)."""
-    _, weights, basis, *_ = _reference(terms)
+    _, weights, basis, *_ = reference_element(terms)
     return ((weights * ell[:, None] * factor)[:, None, :] @ basis)[:, 0]
 
 
 def _moving(theta, ell, terms):
     """What a segment moves by itself: ∫|η|² as a matrix, ∫η_x and η_x at its end as rows."""
-    _, weights, basis, *_ = _reference(terms)
+    _, weights, basis, *_ = reference_element(terms)
     across, along = (
-        ell[:, None, None] * (_running_integral(terms) @ (factor[:, :, None] * basis))
+        ell[:, None, None] * (running_integral(terms) @ (factor[:, :, None] * basis))
         for factor in (np.cos(theta), -np.sin(theta))
     )
     measure = (weights * ell[:, None])[:, None, :]
@@ -359,37 +358,3 @@ def _add_drift(weight, carried, place, drift, length):
     weight[:, :, place] += cross
     weight[:, place, :] += cross.transpose(0, 2, 1)
     weight += length[:, None, None] * carried[:, :, None] * carried[:, None, :]
-
-
-@cache
-def _reference(terms):
-    """Quadrature and the basis v₀, integrated Legendre bubbles, v₁ on [0, 1].
-
-    Returns
-    -------
-    points, weights : ndarray, shape (2·terms,)
-    basis : ndarray, shape (2·terms, terms + 2)
-    stiffness, mass : ndarray, shape (terms + 2, terms + 2)
-    """
-    x, weights = leggauss(2 * terms)
-    points, weights = (x + 1) / 2, weights / 2
-    legendre = legvander(x, terms + 1)
-    k = np.arange(1, terms + 1)
-    bubbles = (legendre[:, 2:] - legendre[:, :-2]) / (2 * np.sqrt(2 * k + 1))
-    basis = np.column_stack([1 - points, bubbles, points])
-    stiffness = np.eye(terms + 2)
-    stiffness[0, -1] = stiffness[-1, 0] = -1
-    return points, weights, basis, stiffness, (basis.T * weights) @ basis
-
-
-@cache
-def _running_integral(terms):
-    """Matrix from values at the quadrature points to their integrals from 0 up to each of them.
-
-    Exact for what the points interpolate, by ∫P_k = (P_{k+1} − P_{k−1})/(2k + 1).
-    """
-    x, weights = leggauss(2 * terms)
-    legendre = legvander(x, 2 * terms)
-    inner = legendre[:, 2:] - legendre[:, :-2]
-    antiderivatives = np.column_stack([1 + x, inner]) / 4
-    return antiderivatives @ (legendre[:, :-1].T * weights)

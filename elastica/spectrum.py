@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.blas import single_threaded
 from elastica.codes import Status
 from elastica.elements import Contact, chains, check_count, lowest, quadratic_forms, sliding, with_zeros
 from elastica.euler import euler_root
@@ -91,6 +92,7 @@ def conventional(solution, count=1):
     return Conventional(values[..., :count], index, stable)
 
 
+@single_threaded
 def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False, terms=None):
     """Lowest eigenvalues of Q, shape (..., count)."""
     result = np.full((solution.status.size, count), np.nan)

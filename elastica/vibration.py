@@ -13,6 +13,7 @@ at a turning end B the boundary term costs a factor (1 + √2)⁴ < 36.
 
 import numpy as np
 
+from elastica.blas import single_threaded
 from elastica.elements import chains, check_count, lowest, quadratic_forms, sliding, with_zeros
 
 LARGEST_GROWTH = 9.0
@@ -21,6 +22,7 @@ MARGIN = 1e-3
 """Shift beyond the lowest ω² in the same units: far above rounding, small enough to keep the digits of ω²."""
 
 
+@single_threaded
 def frequencies(solution, count, fixed_shortening=False):
     """The `count` lowest natural frequencies at every solved point of a solution.
 

@@ -12,7 +12,6 @@ from math import prod
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from elastica.catalogue import search
 from elastica.codes import Status
@@ -173,11 +172,9 @@ def solve_points(ends, H, control, given, task, within=here):
         solvers.append((_search, words))
     solvers += [(_solve, [name]) for name in alone]
     pieces = []
-    # Threads of BLAS would compete with the other workers for the same cores.
-    with threadpool_limits(limits=1):
-        for solver, names in solvers:
-            compute = partial(within, solver, ends, H, control, given, task)
-            pieces += survive(compute, names, H.size)
+    for solver, names in solvers:
+        compute = partial(within, solver, ends, H, control, given, task)
+        pieces += survive(compute, names, H.size)
     exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
     labels = coordinates((ends,), (), control, (), names, task.outputs)

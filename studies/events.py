@@ -8,7 +8,6 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
 from elastica.states import is_canonical
 from elastica.transitions import transitions
@@ -65,15 +64,12 @@ def find_events(block, names, within=here):
         Where events could not be found, and why.
     """
     H, rows, failed = np.array(block.H), [], []
-    # Threads of BLAS would compete with the other workers for the same cores.
-    with threadpool_limits(limits=1):
-        for name in (name for name in names if is_canonical(name, block.ends)):
-            for piece in survive(partial(within, _find, block.ends, H, block.given), [name], H.size):
-                failed += [
-                    f"{place_of(block.ends, H[piece.points[i]], name)}: {why}"
-                    for i, why in piece.reasons.items()
-                ]
-                rows += piece.values.get("rows", [])
+    for name in (name for name in names if is_canonical(name, block.ends)):
+        for piece in survive(partial(within, _find, block.ends, H, block.given), [name], H.size):
+            failed += [
+                f"{place_of(block.ends, H[piece.points[i]], name)}: {why}" for i, why in piece.reasons.items()
+            ]
+            rows += piece.values.get("rows", [])
     return rows, failed
 
 

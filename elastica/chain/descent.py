@@ -18,6 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from elastica.blas import single_threaded
 from elastica.chain.bordered import solve_bordered
 from elastica.chain.links import Chain
 from elastica.chain.profile import Profile
@@ -140,6 +141,7 @@ def between_walls(links, ends, H, P=None, shortening=None):
     return Walled(chain, H, None if P is None else FOUR_PI_SQUARED * P, shortening)
 
 
+@single_threaded
 def descend(walled, theta, nudge):
     """Let a chain go.
 

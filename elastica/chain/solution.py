@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from elastica.blas import single_threaded
 from elastica.chain import spectrum
 from elastica.chain.model import Model
 from elastica.chain.profile import parse_profile
@@ -56,6 +57,7 @@ class ChainSolution(Solution):
         """The `count` lowest natural frequencies, shape (..., count); see `Solution`."""
         return self._each(count, spectrum.frequencies, count, self._holds_shortening)
 
+    @single_threaded
     def conventional(self, count=1):
         """The verdict with each contact held at its material point; see `Solution`."""
         check_count(count)
@@ -94,6 +96,7 @@ class ChainSolution(Solution):
     def _solved(self):
         return np.flatnonzero(self.status.ravel() == Status.SOLVED)
 
+    @single_threaded
     def _each(self, count, quantity, *arguments):
         """A quantity (count,) at every solved point, shape (..., count)."""
         check_count(count)
@@ -109,6 +112,7 @@ def check_count(count):
         raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
 
 
+@single_threaded
 def solve(
     state,
     *,
@@ -177,7 +181,7 @@ def solve(
         warnings.warn(
             f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may "
             f"have no counterpart in the strip; use links = {max(coarse)}",
-            stacklevel=3,
+            stacklevel=4,
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
     chain = {"links": links, "clamp": clamp, "stiffness": profile, "chains": chains}
