@@ -17,15 +17,16 @@ import numpy as np
 from studies.errors import FailedPoints, StudyError
 from studies.evaluate import Task, evaluate, here
 from studies.events import Gaps, find_events
+from studies.provenance import decisive_versions
 from studies.sandbox import Lost, call
 from studies.shards import write_events_shard, write_shard
-from studies.study import NUMERICS_VERSION
 
 LEAST_SHARE, LEAST_SECONDS = 1 / 20, 10.0
 """Of the time limit of a block, for its smallest part: some work is the same for one point as for many."""
 NAMED = 10
 """Failures that a block names to the summary of the run; the dataset has them all."""
-LIBRARIES = ("constrained-elastica", "numpy", "scipy", "netCDF4", "distributed")
+CARRIERS = ("netCDF4", "distributed")
+"""Libraries that bring blocks to workers and shards back."""
 
 
 class Job(NamedTuple):
@@ -56,7 +57,7 @@ class Done(NamedTuple):
 @cache
 def versions():
     """What must be the same wherever blocks of one study are solved."""
-    return (("numerics", str(NUMERICS_VERSION)), *((name, version(name)) for name in LIBRARIES))
+    return (*decisive_versions().items(), *((name, version(name)) for name in CARRIERS))
 
 
 def prove(folder, probe, versions_here):

@@ -178,12 +178,13 @@ def _encryption(folder):
     from distributed import Security
 
     from studies.files import PART
+    from studies.shards import OF_CLUSTER
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)
         return
     made = Security.temporary()
-    with TemporaryDirectory(prefix=".certificates-", suffix=PART, dir=folder.resolve()) as place:
+    with TemporaryDirectory(prefix=OF_CLUSTER, suffix=PART, dir=folder.resolve()) as place:
         paths = {}
         for part, text in (
             ("ca", made.tls_ca_file),

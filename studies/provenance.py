@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import sys
 from datetime import UTC, datetime
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -13,6 +14,14 @@ from studies.study import NUMERICS_VERSION
 
 DISTRIBUTION = "constrained-elastica"
 LIBRARIES = ("numpy", "scipy", "netCDF4", "xarray", "dask")
+DECISIVE = (DISTRIBUTION, "numpy", "scipy")
+"""What values come from. Python, the other libraries and the machine may differ within one dataset."""
+
+
+@cache
+def decisive_versions():
+    """Versions of what values come from, by name."""
+    return {"numerics": str(NUMERICS_VERSION)} | {name: version(name) for name in DECISIVE}
 
 
 def describe(study):
@@ -28,18 +37,11 @@ def describe(study):
         What is unknown is absent.
     """
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    about = {key: value for key, value in study.study.model_dump().items() if value}
-    about.pop("name")
-    about.setdefault("title", study.name)
-    about.setdefault("summary", "Equilibria and stability of an inextensible strip between two rigid walls")
     return {
-        **about,
-        "id": study.name,
+        **texts(study),
         "source": f"{DISTRIBUTION} {version(DISTRIBUTION)}, closed-form solution",
         "date_created": now,
         "history": f"{now} {DISTRIBUTION} {version(DISTRIBUTION)}: computed",
-        "config_json": study.config_json,
-        "study_id": study.study_id,
         "numerics_id": study.numerics_id,
         "format_version": FORMAT_VERSION,
         "control": study.grid.control,
@@ -52,6 +54,15 @@ def describe(study):
         "platform": f"{sys.platform} {platform.machine()}",
         **_git(),
     }
+
+
+def texts(study):
+    """Those of the attributes that follow the name and the texts of a study."""
+    about = {key: value for key, value in study.study.model_dump().items() if value}
+    about.pop("name")
+    about.setdefault("title", study.name)
+    about.setdefault("summary", "Equilibria and stability of an inextensible strip between two rigid walls")
+    return {**about, "id": study.name, "config_json": study.config_json, "study_id": study.study_id}
 
 
 def _git():

@@ -18,15 +18,24 @@ from studies.blocks import NAMED, Job, compute_block, versions
 from studies.cluster import local_cluster
 from studies.dispatch import dispatch
 from studies.errors import FailedPoints, StudyError
-from studies.files import identify, open
+from studies.files import open
 from studies.known import gaps, lend
 from studies.lock import sole_writer
+from studies.output import is_done, is_settled, settle
 from studies.plan import Plan, readable_bytes, readable_time
 from studies.progress import note, progress
 from studies.provenance import describe
 from studies.reduction import reduce, source_of, state_labels, survey
 from studies.refinement import StableStates
-from studies.shards import PROBE, discard_parts, find_shards, folder_of, remove_folder, remove_shards
+from studies.shards import (
+    PROBE,
+    discard_parts,
+    find_shards,
+    folder_of,
+    remove_folder,
+    remove_shards,
+    tell_of_others,
+)
 from studies.study import NUMERICS_VERSION, Study
 
 if TYPE_CHECKING:
@@ -108,7 +117,8 @@ def run(
     Returns
     -------
     xarray.Dataset
-        Opened lazily from the file. A finished file of the same study is opened as it is.
+        Opened lazily from the file. A finished file of the same study is opened as it is; if only the name
+        or the texts of the study are others, it gets these.
 
     Raises
     ------
@@ -116,45 +126,11 @@ def run(
         If the file cannot be written or holds another study.
     """
     out = Path(out or f"{study.name}.nc")
-    if not is_done(study, out) or folder_of(out).exists():
+    if not is_settled(study, out):
         known = lend(Path(reuse), study) if reuse else None
         cluster = None if client is None else partial(nullcontext, client)
         compute(Plan.of(study, block_points, known), out, Policy(workers, cluster, **policy))
     return open(out)
-
-
-def is_done(study, out):
-    """Whether `out` already holds this study.
-
-    Raises
-    ------
-    StudyError
-        If something else is there, or nothing can be written there.
-    """
-    out = Path(out)
-    folder = out.parent
-    if not folder.is_dir():
-        raise StudyError(f"{folder}: there is no such folder; create it or choose another output")
-    if out.is_dir():
-        raise StudyError(f"{out}: this is a folder; name a file")
-    if out.exists():
-        found = identify(out)
-        if found["study_id"] == study.study_id:
-            if "points_not_computed" in found:
-                raise StudyError(
-                    f"{out}: points of this study are not computed here; choose another output and reuse "
-                    "the datasets that it was merged from"
-                )
-            if found.get("numerics_id") == study.numerics_id:
-                return True
-            raise StudyError(
-                f"{out}: this holds the same study by another version of the numerics; choose another "
-                "output or move it away"
-            )
-        raise StudyError(f"{out}: this holds another study; choose another output or move it away")
-    if not os.access(folder, os.W_OK):
-        raise StudyError(f"{folder}: this folder cannot be written to; choose another output")
-    return False
 
 
 def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
@@ -179,7 +155,8 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
     with _working_folder(plan, out, policy.part, policy.force_unlock) as (folder, plan):
         if is_done(plan.study, out):
             # Perhaps by a run that was killed before it could clear away.
-            remove_shards(folder)
+            remove_shards(folder, plan.identity)
+            settle(plan.study, out)
             return ()
         with _filling(folder, policy) as (fill, tally):
             shards = _rounds(plan, fill)
@@ -226,6 +203,7 @@ def _working_folder(plan, out, part, force_unlock):
     try:
         with sole_writer(folder, part, force_unlock):
             discard_parts(folder, own)
+            tell_of_others(folder, plan.identity)
             try:
                 yield folder, plan
             finally:
@@ -253,7 +231,7 @@ def _finish(plan, shards, folder, out, fill):
             f"{out}: this cannot be written ({problem}), with {free} free there; every block is kept in "
             f"{folder} and the same command writes the dataset"
         ) from None
-    remove_shards(folder)
+    remove_shards(folder, plan.identity)
 
 
 def _sources(plan, shards):

@@ -1,9 +1,11 @@
-"""Shards: one file a block, written by whoever computed it, whose name tells whether it is intact.
+"""Shards: one file a block, written by whoever computed it, whose name tells whose it is and whether intact.
 
-The name holds the block's place and extent and a hash of its labels, the study's identity and every byte: a
-shard that is damaged, cut short or of another study is known before netCDF, which may hang on it, opens it.
-Left out: which blocks there are (`plan`), when they are computed (`runner`), how they are joined
-(`reduction`).
+The name holds the block's place and extent, its owner and a seal. The owner is a hash of what is computed
+and of the versions of this package, numpy and scipy; the texts of a study are not in it, so a new title costs
+nothing. The seal is a hash of the identity of the study, the labels of the block and every byte: a shard that
+is damaged or cut short is known before netCDF, which may hang on it, opens it. Shards of other owners are
+neither used nor removed. Left out: which blocks there are (`plan`), when they are computed (`runner`), how
+they are joined (`reduction`).
 """
 
 import hashlib
@@ -11,26 +13,50 @@ import json
 import os
 import re
 import shutil
+from collections import defaultdict
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 
 import netCDF4
 import numpy as np
 
 from studies.events import write_events
-from studies.files import ACCESS, PART, define, sync, temporary_beside, write_failures
+from studies.files import (
+    ACCESS,
+    PART,
+    READING_FAILS,
+    define,
+    opened,
+    reading_limit,
+    sync,
+    temporary_beside,
+    write_failures,
+)
 from studies.progress import note
+from studies.provenance import decisive_versions
+from studies.sandbox import Lost, call
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 
-NAME = re.compile(r"(?P<place>[0-9]{6,}(-[0-9]{6,}){4})\.(?P<seal>[0-9a-f]{32})\.nc")
-
+NAME = re.compile(
+    r"(?P<place>[0-9]{6,}(-[0-9]{6,}){4})(\.(?P<owner>[0-9a-f]{16}))?\.(?P<seal>[0-9a-f]{32})\.nc"
+)
+"""Of a shard; those of the first release have no owner."""
 PROBE = ".probe-"
 """Files by which workers prove that they see the folder."""
+OF_CLUSTER = ".certificates-"
+"""Folders with the certificates of a cluster, which are gone when it is."""
 
 
 def folder_of(out):
     """Folder of the shards of an output file."""
     return Path(f"{out}.shards")
+
+
+def owner_of(identity):
+    """Whose the shards are, in their names: of these results, by these versions."""
+    whose = [identity["results_id"], identity["numerics_id"], decisive_versions()]
+    return hashlib.sha256(json.dumps(whose, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def place_of(block):
@@ -96,14 +122,16 @@ def write_events_shard(folder, identity, block, rows, failed, seconds):
 
 
 def _attributes(identity, seconds):
-    return {**identity, "format_version": FORMAT_VERSION, "seconds": seconds}
+    versions = json.dumps(decisive_versions())
+    return {**identity, "versions": versions, "format_version": FORMAT_VERSION, "seconds": seconds}
 
 
 def _store(folder, identity, block, fill):
     """Write what `fill` puts into an empty dataset: name of the file."""
     content = _encoded(fill)
     place = place_of(block)
-    path = folder / f"{place}.{_seal(identity, block, content)}.nc"
+    owner = owner_of(identity)
+    path = folder / f"{place}.{owner}.{_sealed(identity, block, owner, BytesIO(content))}.nc"
     with temporary_beside(folder / place) as temporary:
         temporary.write_bytes(content)
         sync(temporary)
@@ -124,22 +152,29 @@ def _encoded(fill):
         return bytes(dataset.close())
 
 
-def _seal(identity, block, content):
-    digest = hashlib.sha256(json.dumps([identity, block], sort_keys=True).encode())
-    digest.update(content)
-    return digest.hexdigest()[:32]
+def _sealed(identity, block, owner, stream):
+    """The seal of what a stream holds."""
+    digest = hashlib.sha256(json.dumps([identity, block, owner], sort_keys=True).encode())
+    return hashlib.file_digest(stream, lambda: digest).hexdigest()[:32]
 
 
 def intact(path, identity, block):
     """Whether a file holds the bytes that were written of a block, for this study and its numerics."""
+    named = NAME.fullmatch(path.name)
     try:
-        return _seal(identity, block, path.read_bytes()) == NAME.fullmatch(path.name)["seal"]
+        # To open a pipe would wait for who writes into it.
+        if not path.is_file():
+            return False
+        with open(path, "rb") as stream:
+            return _sealed(identity, block, named["owner"], stream) == named["seal"]
     except OSError:
         return False
 
 
 def find_shards(folder, blocks, identity):
     """Intact shards of blocks; those that are there and are not intact are reported.
+
+    What is no file counts as damaged. Shards of other owners are passed over.
 
     Parameters
     ----------
@@ -151,37 +186,88 @@ def find_shards(folder, blocks, identity):
     -------
     dict of Block to Path
     """
-    present = {}
-    for path in sorted(folder.iterdir()):
-        if named := NAME.fullmatch(path.name):
-            present.setdefault(named["place"], []).append(path)
+    present = defaultdict(list)
+    for path in _by_owner(folder)[owner_of(identity)]:
+        present[NAME.fullmatch(path.name)["place"]].append(path)
     found, bad = {}, 0
     for block in blocks:
-        paths = present.get(place_of(block), ())
+        paths = present[place_of(block)]
         good = next((path for path in paths if intact(path, identity, block)), None)
         if good is not None:
             found[block] = good
         bad += len(paths) > 0 and good is None
     if bad:
-        note(f"{folder}: {bad} shards are damaged or of another study and are computed again")
+        note(f"{folder}: {bad} shards are damaged or of other points, and are computed again")
     return found
+
+
+def _by_owner(folder):
+    """Paths of shards by owner, in the order of their names; of the first release by None."""
+    found = defaultdict(list)
+    for path in sorted(folder.iterdir()):
+        if named := NAME.fullmatch(path.name):
+            found[named["owner"]].append(path)
+    return found
+
+
+def tell_of_others(folder, identity):
+    """Tell the user which shards there are of other studies or versions, that are kept and not used."""
+    for owner, paths in _by_owner(folder).items():
+        if owner != owner_of(identity):
+            note(
+                f"{folder}: {len(paths)} shards there are not used, {_unlike(owner, paths[0], identity)}; "
+                "they are kept, remove them if nobody will go on with them"
+            )
+
+
+def _unlike(owner, path, identity):
+    """What keeps a shard of another owner from being used, in words."""
+    if owner is None:
+        return "they are of an older release"
+    try:
+        results, versions = call(_origin, path, limit=reading_limit(path))
+    except (*READING_FAILS, Lost):
+        return "they are of another study or of other versions"
+    if results != identity["results_id"]:
+        return "they are of another study with the same output"
+    unlike = [
+        f"{name} {versions.get(name)} there, {here} here"
+        for name, here in decisive_versions().items()
+        if versions.get(name) != here
+    ]
+    return f"they are of other versions ({', '.join(unlike)})"
+
+
+def _origin(path):
+    """What a shard was computed of, and by which versions."""
+    with opened(path) as dataset:
+        return dataset.results_id, dict(json.loads(dataset.versions))
 
 
 def discard_parts(folder, blocks=None):
     """Remove what writers of these blocks, or all runs, left unfinished when they were killed."""
     places = None if blocks is None else {place_of(block) for block in blocks}
     for leftover in folder.glob(f".*{PART}"):
-        if leftover.is_dir() and places is None:
+        if places is None and leftover.name.startswith(OF_CLUSTER):
             shutil.rmtree(leftover, ignore_errors=True)
         elif places is None or leftover.name[1:].partition(".")[0] in places:
-            leftover.unlink(missing_ok=True)
+            _remove(leftover)
 
 
-def remove_shards(folder):
-    """Remove every shard."""
-    for path in folder.iterdir():
-        if NAME.fullmatch(path.name) or path.name.startswith(PROBE):
-            path.unlink(missing_ok=True)
+def remove_shards(folder, identity):
+    """Remove every shard of these results by these versions."""
+    for path in _by_owner(folder)[owner_of(identity)]:
+        _remove(path)
+    for path in folder.glob(f"{PROBE}*"):
+        _remove(path)
+
+
+def _remove(path):
+    """Remove a file, unless it is a folder or the file system forbids it: then the user is told."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as problem:
+        note(f"{path}: this cannot be removed ({problem.strerror}); remove it by hand")
 
 
 def remove_folder(folder):

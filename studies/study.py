@@ -175,9 +175,16 @@ class Study(Table):
         return hashlib.sha256(json.dumps(numerics, sort_keys=True).encode()).hexdigest()[:32]
 
     @property
+    def results_id(self) -> str:
+        """Identity of what is computed: of the study file without the name and the texts in [study]."""
+        results = self.model_dump(mode="json", exclude_none=True, exclude={"study"})
+        text = json.dumps(results, sort_keys=True)
+        return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+    @property
     def identity(self) -> dict[str, str]:
-        """Both identities, by their names in files."""
-        return {"study_id": self.study_id, "numerics_id": self.numerics_id}
+        """Identities of the results and of the method, by their names in files."""
+        return {"results_id": self.results_id, "numerics_id": self.numerics_id}
 
     def plan(self, **policy: Any) -> "Plan":
         """Divide the study into blocks; see `studies.plan.Plan`."""

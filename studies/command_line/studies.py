@@ -66,13 +66,14 @@ def run(
     from studies.cluster import queued_cluster, running_cluster
     from studies.errors import StudyError
     from studies.known import lend
+    from studies.output import is_settled
     from studies.plan import Plan
-    from studies.runner import Policy, compute, folder_of, is_done
+    from studies.runner import Policy, compute, folder_of
     from studies.study import Study
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
-    if is_done(study, output) and not folder_of(output).exists():
+    if is_settled(study, output):
         click.echo(f"{output}: this study is done; nothing to compute")
         _summarise(ctx, output)
         return

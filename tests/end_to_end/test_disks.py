@@ -95,7 +95,7 @@ def test_a_damaged_shard_in_the_place_of_a_good_one_is_computed_again(study, dat
     compute(plan, out, Policy(workers=0, part=(1, 1)))
     shards = list(find_shards(folder_of(out), plan.blocks, study.identity).values())
     # That of another place, with a good seal.
-    shutil.copy(shards[1], shards[0].with_name(shards[0].name[:35] + shards[1].name[35:]))
+    shutil.copy(shards[1], shards[0].with_name(shards[0].name[:-35] + shards[1].name[-35:]))
     shards[0].unlink()
     shards[2].write_bytes(b"")
     compute(plan, out, Policy(workers=0))

@@ -67,7 +67,7 @@ def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_pa
     monkeypatch.setattr(runner, "compute_block", lambda *a: calls.append(a[0]) or original(*a))
     compute(plan, out, here)
     assert set(calls) == set(plan.blocks) - {done[0]}
-    assert "1 shards are damaged or of another study and are computed again" in capsys.readouterr().err
+    assert "1 shards are damaged or of other points, and are computed again" in capsys.readouterr().err
     assert identify(out)["content_hash"] == identify(dataset_file)["content_hash"]
     assert list(tmp_path.iterdir()) == [out]
 

@@ -1,0 +1,86 @@
+"""The output of a study: what stands there, and whether a dataset can be written there.
+
+Left out: the shards beside it (`shards`), who may write them now (`lock`).
+"""
+
+import json
+import os
+import shutil
+from datetime import UTC, datetime
+from pathlib import Path
+
+from studies.errors import StudyError
+from studies.files import identify, opened, written_whole
+from studies.progress import note
+from studies.provenance import texts
+from studies.shards import folder_of
+from studies.study import Study
+
+
+def is_done(study, out):
+    """Whether `out` already holds what this study computes, whatever its texts are there.
+
+    Raises
+    ------
+    StudyError
+        If something else is there, or nothing can be written there.
+    """
+    out = Path(out)
+    folder = out.parent
+    if not folder.is_dir():
+        raise StudyError(f"{folder}: there is no such folder; create it or choose another output")
+    if out.is_dir():
+        raise StudyError(f"{out}: this is a folder; name a file")
+    if out.exists():
+        found = identify(out)
+        if not _same_results(study, found):
+            raise StudyError(f"{out}: this holds another study; choose another output or move it away")
+        if "points_not_computed" in found:
+            raise StudyError(
+                f"{out}: points of this study are not computed here; choose another output and reuse "
+                "the datasets that it was merged from"
+            )
+        if found.get("numerics_id") != study.numerics_id:
+            raise StudyError(
+                f"{out}: this holds the same study by another version of the numerics; choose another "
+                "output or move it away"
+            )
+        return True
+    if not os.access(folder, os.W_OK):
+        raise StudyError(f"{folder}: this folder cannot be written to; choose another output")
+    return False
+
+
+def is_settled(study, out):
+    """Whether nothing remains to be done: the dataset is there, with its texts, and no shards beside it."""
+    return is_done(study, out) and _has_texts(study, out) and not folder_of(out).exists()
+
+
+def _same_results(study, found):
+    """Whether the attributes of a dataset say that it has the results of a study."""
+    if found["study_id"] == study.study_id:
+        return True
+    try:
+        return Study.from_dict(json.loads(found["config_json"])).results_id == study.results_id
+    except (KeyError, ValueError):
+        return False
+
+
+def _has_texts(study, out):
+    return identify(out)["study_id"] == study.study_id
+
+
+def settle(study, out):
+    """Give a finished dataset the name and the texts that its study has now; no value changes."""
+    if _has_texts(study, out):
+        return
+    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    with written_whole(out) as temporary:
+        shutil.copyfile(out, temporary)
+        with opened(temporary, "a") as dataset:
+            for name in texts(Study.from_dict(json.loads(dataset.config_json))).keys() - texts(study).keys():
+                dataset.delncattr(name)
+            dataset.setncatts(
+                texts(study) | {"history": f"{dataset.history}\n{now} name and texts of the study changed"}
+            )
+    note(f"{out}: its results are those of this study, whose name and texts it has now")
