@@ -13,13 +13,20 @@ from elastica.codes import Event, Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import solve_points, unknown, word_failed
 from studies.events import Gaps, find_events, in_order, place_of, read_events
-from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
+from studies.files import (
+    content_hash,
+    damage_told,
+    identify,
+    opened,
+    read_labels,
+    reading_limit,
+    refuse_more_than_memory,
+)
 from studies.reduction import Source, potential, summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.sandbox import call
 from studies.schema import (
     COORDINATES,
-    FORMAT_VERSION,
     TRANSITIONS,
     VARIABLES,
     control_of,
@@ -89,11 +96,12 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         ]
         if missing:
             raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
+        refuse_more_than_memory(path, [dataset.variables[name] for name in expected])
         values = {name: dataset.variables[name][:] for name in expected}
         table = _table(dataset, path)
         problems += _conventions(dataset, expected | table)
     events, without_events = read_events(path)
-    problems += _flags(values) + _ranges(values, labels) + _counts(values, control)
+    problems += _verdicts(values) + _ranges(values, labels) + _counts(values, control)
     if study is not None:
         foreign = _agreement(study, labels)
         problems += foreign or _recompute(study, labels, values, sample, seed)
@@ -178,46 +186,31 @@ def _study(path, attributes, problems):
 
 
 def _conventions(dataset, expected):
-    """CF attributes that give numbers their meaning, where they are not those of the format."""
+    """Attributes that give numbers their meaning, where they are not those of the format."""
+    problems = []
     coordinates = {dim: COORDINATES[dim] for dim in dataset.dimensions if dim in dataset.variables}
     attributes = {name: variable.attributes for name, variable in expected.items()} | coordinates
-    problems = [
-        f"{name} has not the {key} of this format"
-        for name, wanted in attributes.items()
-        for key in ("units", "flag_values", "flag_meanings")
-        if key in wanted and not np.array_equal(getattr(dataset.variables[name], key, None), wanted[key])
-        if not (key.startswith("flag_") and _older_flags(dataset, name, wanted))
-    ]
+    for name, wanted in attributes.items():
+        variable = dataset.variables[name]
+        if getattr(variable, "units", None) != wanted.get("units"):
+            problems.append(f"{name} has not the units of this format")
+        # Which code has which name is part of the structure, without which no dataset is opened.
+        described = getattr(variable, "flag_values", ())
+        if "flag_values" in wanted and (unknown := np.setdiff1d(variable[:], described)).size:
+            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
     if "CF-" not in str(getattr(dataset, "Conventions", "")):
         problems.append("the attribute Conventions does not name CF")
     return problems
 
 
-def _older_flags(dataset, name, wanted):
-    """Whether the codes of a variable are those of an older format: some of ours, with our meanings."""
-    if dataset.getncattr("format_version") >= FORMAT_VERSION:
-        return False
-    variable = dataset.variables[name]
-    values, meanings = (getattr(variable, key, ()) for key in ("flag_values", "flag_meanings"))
-    if not isinstance(meanings, str) or np.size(values) != len(meanings.split()):
-        return False
-    ours = dict(zip(wanted["flag_meanings"].split(), wanted["flag_values"].tolist(), strict=True))
-    theirs = dict(zip(meanings.split(), np.ravel(values).tolist(), strict=True))
-    return bool(theirs) and theirs.items() <= ours.items()
-
-
-def _flags(values):
-    """Codes that have no meaning, and verdicts where there is no state."""
-    problems = []
-    for name, codes in (("status", Status), ("stability", Stability)):
-        unknown = np.setdiff1d(values[name], [code.value for code in codes])
-        if unknown.size:
-            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
+def _verdicts(values):
+    """Verdicts where there is no state, and states without one."""
     solved = values["status"] == Status.SOLVED
-    for name in ("stability", "index", "nullity"):
-        if ((values[name] >= 0) != solved).any():
-            problems.append(f"{name} is not given exactly where status is solved")
-    return problems
+    return [
+        f"{name} is not given exactly where status is solved"
+        for name in ("stability", "index", "nullity")
+        if ((values[name] >= 0) != solved).any()
+    ]
 
 
 def _ranges(values, labels):

@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
+import psutil
 
 from studies.errors import StudyError
 from studies.sandbox import Lost, call
 from studies.schema import COORDINATES, FORMAT_VERSION, TRANSITIONS_FAILED
-from studies.structure import fault
+from studies.structure import MEANING, fault
 
 if TYPE_CHECKING:
     from xarray import Dataset
@@ -203,11 +204,15 @@ def hash_values(dataset):
 
     Covers what was asked (the numerics, what is prescribed, the states looked for), where no transitions
     could be found, and every variable: its name, dimensions, type, labels and values, all NaN alike and both
-    zeros. Does not cover how the values are stored (compression, chunks, byte order), texts for readers, the
-    origin (versions, times, host), and units and meanings of flags, which `check` compares with those of the
-    format.
+    zeros, and since format 2 its units and the meanings of its flags; attributes that would change what a
+    reader makes of the values no dataset may have (`structure`). Does not cover how the values are stored
+    (compression, chunks, byte order), texts for readers, and the origin (versions, times, host).
+
+    It proves that a file is whole, not who wrote it: whoever edits one can compute it again. What the values
+    are worth shows when they are solved again, as `elastica check` does with some of them.
     """
     digest = hashlib.sha256()
+    first_format = getattr(dataset, "format_version", 1) == 1
     for name in ("numerics_id", "control", "states_searched"):
         digest.update(f"{name} {getattr(dataset, name, '')}".encode())
     if TRANSITIONS_FAILED in dataset.ncattrs():
@@ -217,6 +222,9 @@ def hash_values(dataset):
         digest.update(
             f"{name} {variable.dimensions} {np.dtype(variable.dtype).str[1:]} {variable.shape}".encode()
         )
+        for key in () if first_format else MEANING:
+            if key in variable.ncattrs():
+                digest.update(f"{key} {np.asarray(variable.getncattr(key)).tolist()}".encode())
         for slab in _bands(variable):
             values = np.ascontiguousarray(variable[slab])
             if values.dtype.kind == "f":
@@ -235,6 +243,21 @@ def _bands(variable):
         for number in range(variable.shape[0])
         for first in range(0, variable.shape[1], rows)
     ]
+
+
+def refuse_more_than_memory(path, variables):
+    """Refuse to read variables that would not fit; a small file may declare any size.
+
+    Raises
+    ------
+    StudyError
+    """
+    size = sum(variable.size * np.dtype(variable.dtype).itemsize for variable in variables)
+    if size > psutil.virtual_memory().available:
+        raise StudyError(
+            f"{path}: its values need {size / 1e9:,.3g} GB of memory, more than this machine has free; use a "
+            "larger one, or select some with studies.open"
+        )
 
 
 def read_labels(variable, path):
@@ -328,14 +351,21 @@ def identify(path, read=()):
 
 
 def _identify(path, read):
+    # Its own HDF5 library is loaded only where files of unknown origin are opened.
+    from studies.container import foreign
+
     try:
+        if strange := foreign(path):
+            raise StudyError(f"{path}: this is no dataset of constrained-elastica ({strange})")
         with opened(path) as dataset:
             attributes = {name: dataset.getncattr(name) for name in dataset.ncattrs()}
             present, dims = set(dataset.variables), set(dataset.dimensions)
             for variable in dataset.variables.values():
                 variable.__dict__, variable.filters(), variable.chunking()
-            for name in present & (set(read) | dims):
-                dataset.variables[name][:]
+            at_once = [dataset.variables[name] for name in present & (set(read) | dims)]
+            refuse_more_than_memory(path, at_once)
+            for variable in at_once:
+                variable[:]
             wrong = fault(dataset)
     except StudyError:
         raise

@@ -32,6 +32,7 @@ that is said here, and xarray, MATLAB, Julia or R read it.
 Left out: how they are computed (`evaluate`) and written (`files`).
 """
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -56,7 +57,7 @@ class Variable(NamedTuple):
     long_name: str
     missing: float = np.nan
     comment: str = ""
-    flags: type | None = None
+    flags: type[IntEnum] | None = None
     units: str = "1"
 
     @property

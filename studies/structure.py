@@ -3,14 +3,29 @@
 Left out: whether the values are those that were written (`files`) and are right (`checking`).
 """
 
+from itertools import zip_longest
+
 import numpy as np
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state
 from studies.errors import shown
-from studies.schema import control_of, every_variable
+from studies.schema import TRANSITIONS, VARIABLES, control_of, every_variable
 
+MEANING = ("units", "flag_values", "flag_meanings")
+"""Attributes that say what values mean."""
+FOR_READERS = ("long_name", "standard_name", "comment")
+MOST_WORDS = 2000
+"""Characters of a text for readers."""
+TIMES = ("days", "hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds")
+"""Units, beside those since a date, that make readers take numbers for times."""
 TEXTS = ("study_id", "numerics_id", "content_hash", "config_json", "control", "states_searched")
+KNOWN_FLAGS = {
+    name: {(code.value, code.name.lower()) for code in variable.flags}
+    for name, variable in (VARIABLES | TRANSITIONS).items()
+    if variable.flags
+}
+"""Codes with their names, by variable. Those that a later version added a file need not have."""
 
 
 def fault(dataset):
@@ -30,6 +45,11 @@ def fault(dataset):
             return f"the attribute {name} is no text"
     if not isinstance(getattr(dataset, "numerics_version", 0), (int, np.integer)):
         return "the attribute numerics_version is no whole number"
+    if "coordinates" in dataset.ncattrs():
+        return "the attribute coordinates makes coordinates of variables"
+    for name, variable in dataset.variables.items():
+        if problem := _fault_of_attributes(variable):
+            return f"{name} {problem}"
     control = control_of(dataset.dimensions)
     axes = ("ends", "H", control, "state")
     for axis in axes:
@@ -54,6 +74,35 @@ def fault(dataset):
         if not _is_type(variable, expected.dtype):
             return f"{name} has values of type {variable.dtype}, not {expected.dtype}"
     return _fault_of_failures(dataset, axes)
+
+
+def _fault_of_attributes(variable):
+    """What is wrong with the attributes of a variable: readers decode its values by them."""
+    is_text = variable.dtype == "S1"
+    attributes = variable.__dict__
+    for key, value in attributes.items():
+        if key == "_FillValue":
+            good = np.dtype(variable.dtype).kind == "f" and np.size(value) == 1 and np.isnan(value).all()
+        elif key == "_Encoding":
+            good = is_text and value == "utf-8"
+        elif key == "units":
+            good = isinstance(value, str) and "since" not in value and value not in TIMES
+        elif key in ("flag_values", "flag_meanings"):
+            good = _flags(attributes) <= KNOWN_FLAGS.get(variable.name, set())
+        else:
+            good = key in FOR_READERS and isinstance(value, str) and len(value) <= MOST_WORDS
+        if not good:
+            return f"has the attribute {key} = {shown(value)}, with which its values would be misread"
+    if is_text and "_Encoding" not in attributes:
+        return "has no attribute _Encoding"
+    return None
+
+
+def _flags(attributes):
+    """Codes with their names, as attributes give them."""
+    values = np.atleast_1d(attributes.get("flag_values", ())).tolist()
+    names = str(attributes.get("flag_meanings", "")).split()
+    return set(zip_longest(values, names))
 
 
 def _is_type(variable, dtype):
