@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import CHUNK, every, find
+from elastica.inputs import broadcast
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
-from elastica.solution import broadcast, prescribed, solution_of, solve, unusable
+from elastica.solution import prescribed, solution_of, solve, unusable
 from elastica.states import parse_state, states
 from elastica.sweep import Table
 
@@ -37,6 +38,8 @@ class FoundStates:
         NaN beyond the contacts of the state.
     reasons : dict of int to str
         Why a point failed, by its flat index.
+    labels : dict of str to ndarray, shape (rows,)
+        Where P or H is a DataArray, labels of the point along each dimension.
     """
 
     ends: Ends
@@ -59,6 +62,7 @@ class FoundStates:
     reaction: np.ndarray
     contact_position: np.ndarray
     reasons: dict[int, str]
+    labels: dict[str, np.ndarray]
 
     def __len__(self) -> int:
         """Number of rows."""
@@ -77,7 +81,9 @@ class FoundStates:
         return "\n".join(lines)
 
 
-COLUMNS = [f.name for f in fields(FoundStates) if f.name not in ("ends", "point", "state", "reasons")]
+COLUMNS = [
+    f.name for f in fields(FoundStates) if f.name not in ("ends", "point", "state", "reasons", "labels")
+]
 
 
 def find_states(
@@ -117,7 +123,7 @@ def find_states(
     ends = parse_ends(ends)
     names = states(ends, max_contacts)
     control, given = prescribed(P, shortening)
-    given, H, _ = broadcast(**{control: given, "H": H})
+    given, H, shape, labels = broadcast(**{control: given, "H": H})
     reasons = unusable(control, given, H)
     good = np.setdiff1d(np.arange(given.size), list(reasons))
     found = search(names, ends, control, given[good], H[good], admissible=True)
@@ -134,7 +140,12 @@ def find_states(
     point, state = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
     order = np.lexsort((columns["energy" if control == "P" else "bending_energy"], point))
     columns = {name: values[order] for name, values in columns.items()}
-    return FoundStates(ends, point[order], state[order], **columns, reasons=reasons)
+    point = point[order]
+    named = {}
+    if labels is not None and labels.dims:
+        along = np.unravel_index(point, shape)
+        named = {dim: labels[dim].values[at] for dim, at in zip(labels.dims, along, strict=True)}
+    return FoundStates(ends, point, state[order], **columns, reasons=reasons, labels=named)
 
 
 def _padded(values, contacts):

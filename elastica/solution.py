@@ -14,6 +14,7 @@ from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import find, unresolved_load
 from elastica.euler import euler_root
+from elastica.inputs import broadcast
 from elastica.properties import bent, straight
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
@@ -160,11 +161,15 @@ def solve(
     ends: str | Ends = "clamped-clamped",
     shortening: ArrayLike | None = None,
     method: str = "exact",
-    **chain: Any,
+    links: int | None = None,
+    clamp: str | None = None,
+    stiffness: Any = None,
 ) -> Solution:
     """Find a state, its admissibility and its stability at every point of broadcast arrays.
 
-    Either the load or the shortening is prescribed.
+    Either the load or the shortening is prescribed. Arrays broadcast as in NumPy, DataArrays of xarray by
+    the names of their dimensions; the answer then consists of DataArrays with the same coordinates.
+    Quantities of pint must be dimensionless. What has a unit, a mask or labels of pandas is refused.
 
     Parameters
     ----------
@@ -173,7 +178,8 @@ def solve(
     P : array_like, optional
         Load P*L²/(4π²EI), from 0 to 1e6.
     H : array_like
-        Half gap H*/L, positive.
+        Half gap H*/L, positive: the walls are at y = H and y = −H. Each element is a point of its own, so
+        that ``H=[0.1, 0.05]`` asks about two gaps, not about two walls at different distances.
     ends : str
         "clamped-clamped" (default) or any other pair of "clamped", "pinned" and spring constants k ≥ 0,
         such as "clamped-pinned", "0.3/2.5" or "clamped/2.5".
@@ -182,9 +188,12 @@ def solve(
         that at fixed shortening.
     method : str
         "exact" (default), or "chain" for rigid links and springs.
-    **chain
-        Of the chain: `links` (400), `clamp` ("consistent" or "published") and `stiffness`, the profile of EI
-        along the strip; see `elastica.chain.solution.solve`.
+    links : int, optional
+        Of the chain: 400 by default.
+    clamp : str, optional
+        Of the chain: "consistent" (default) or "published".
+    stiffness : float, array_like or callable, optional
+        Of the chain: the profile of EI along the strip; see `elastica.chain.solution.solve`.
 
     Returns
     -------
@@ -193,9 +202,9 @@ def solve(
     Raises
     ------
     ValueError
-        If the state, the ends or the shapes of the arrays make no sense, or not exactly one of P and
-        shortening is given. A bad number inside an array makes that point `failed`, with its reason in
-        `reasons`, and nothing else.
+        If the state, the ends or the shapes of the arrays make no sense, an array holds no real numbers, or
+        not exactly one of P and shortening is given. A bad number inside an array makes that point
+        `failed`, with its reason in `reasons`, and nothing else.
 
     Examples
     --------
@@ -206,6 +215,8 @@ def solve(
     >>> print(s.P.round(4), s.index, solve("Ua", P=s.P, H=0.05).index)
     2.1772 0 1
     """
+    chain = {"links": links, "clamp": clamp, "stiffness": stiffness}
+    chain = {name: value for name, value in chain.items() if value is not None}
     if method == "chain":
         from elastica.chain.solution import solve as solve_chain
 
@@ -218,7 +229,7 @@ def solve(
     ends = parse_ends(ends)
     state = parse_state(state, ends)
     control, values = prescribed(P, shortening)
-    given, H, shape = broadcast(**{control: values, "H": H})
+    given, H, shape, labels = broadcast(**{control: values, "H": H})
     unresolved = unresolved_load(state, ends) / FOUR_PI_SQUARED if control == "P" else np.inf
     reasons = unusable(control, given, H, unresolved)
     usable = np.ones(given.size, bool)
@@ -232,7 +243,15 @@ def solve(
         arrays[name][at] = value
     arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
-    return Solution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons)
+    solution = Solution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons)
+    return solution if labels is None else label(solution, labels)
+
+
+def label(solution, labels):
+    """A solution as DataArrays, with the dimensions and coordinates of `labels`."""
+    from elastica.labelled import LabelledSolution
+
+    return LabelledSolution.of(solution, labels)
 
 
 def prescribed(P, shortening):
@@ -301,24 +320,6 @@ def blank(state, n):
         name: np.full((n, *widths.get(name, ())), MISSING.get(name, np.nan), TYPES.get(name, float))
         for name in names
     }
-
-
-def broadcast(**arrays):
-    """Two arrays of numbers, flat, and their common shape.
-
-    Raises
-    ------
-    ValueError
-        If they are no numbers or do not broadcast; the message names them.
-    """
-    for name, values in arrays.items():
-        if values is None:
-            raise ValueError(f"{name} is missing; give a number or an array")
-    try:
-        first, second = np.broadcast_arrays(*(np.asarray(values, float) for values in arrays.values()))
-    except (TypeError, ValueError) as problem:
-        raise ValueError(f"{' and '.join(arrays)} must be numbers that broadcast: {problem}") from None
-    return first.ravel().copy(), second.ravel().copy(), first.shape
 
 
 def unusable(control, given, H, unresolved=np.inf):

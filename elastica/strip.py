@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from elastica.inputs import has_units, is_labelled, read_number, read_numbers, relabelled
 from elastica.scales import FOUR_PI_SQUARED
 
 GIVEN = {"length": "m", "width": "m", "thickness": "m", "E": "Pa", "density": "kg/m**3"}
@@ -69,12 +70,12 @@ class Strip:
             given = getattr(self, name)
             if given is None and name == "density":
                 continue
-            if _has_units(given):
+            if has_units(given):
                 object.__setattr__(self, "_units", given._REGISTRY)
-            value = _magnitude(name, given, unit)
-            if value.ndim or not 0 < value < np.inf:
+            value = read_number(name, given, unit)
+            if not 0 < value < np.inf:
                 raise ValueError(f"{name} = {given} cannot be; give one positive number, in {unit}")
-            object.__setattr__(self, name, float(value))
+            object.__setattr__(self, name, value)
 
     @property
     def stiffness(self) -> float:
@@ -122,17 +123,18 @@ class Strip:
         """
         values: dict[str, Any] = {}
         if force is not None:
-            values["P"] = _magnitude("force", force, "N") / self.scales["force"]
+            values["P"] = _as_given(force, read_numbers("force", force, "N") / self.scales["force"])
         if gap is not None:
-            free = _magnitude("gap", gap, "m") - self.thickness
+            free = read_numbers("gap", gap, "m") - self.thickness
             if np.any(free <= 0):
                 raise ValueError(
                     f"gap = {gap} leaves no room for a strip {self.thickness:g} m thick; "
                     "give the distance between the walls"
                 )
-            values["H"] = free / (2 * self.length)
+            values["H"] = _as_given(gap, free / (2 * self.length))
         if shortening is not None:
-            values["shortening"] = _magnitude("shortening", shortening, "m") / self.length
+            nearer = read_numbers("shortening", shortening, "m")
+            values["shortening"] = _as_given(shortening, nearer / self.length)
         return values
 
     def force(self, P: Any) -> Any:
@@ -141,7 +143,7 @@ class Strip:
 
     def gap(self, H: Any) -> Any:
         """Distance between the walls in metres, the thickness of the strip included, from H."""
-        return self._in_units(2 * self.length * _magnitude("H", H) + self.thickness, "m")
+        return self._in_units(H, 2 * self.length * read_numbers("H", H) + self.thickness, "m")
 
     def distance(self, x: Any) -> Any:
         """Metres, from anything that is divided by L: x, y and s of a shape, shortening, flat length, …."""
@@ -168,22 +170,14 @@ class Strip:
         return self._physical("frequency", omega)
 
     def _physical(self, name: str, values: Any) -> Any:
-        number = _magnitude(f"dimensionless {name}", values)
-        return self._in_units(number * self.scales[name], PHYSICAL[name])
+        return self._in_units(values, read_numbers(name, values) * self.scales[name], PHYSICAL[name])
 
-    def _in_units(self, values: Any, unit: str) -> Any:
-        return values if self._units is None else self._units.Quantity(values, unit)
-
-
-def _has_units(value: Any) -> bool:
-    return hasattr(value, "magnitude") and hasattr(value, "_REGISTRY")
+    def _in_units(self, given: Any, values: np.ndarray, unit: str) -> Any:
+        """Physical values as what was given: numbers, or a DataArray, with units if the strip has them."""
+        answer = values if self._units is None else self._units.Quantity(values, unit)
+        return relabelled(given, answer, unit) if is_labelled(given) else answer
 
 
-def _magnitude(name: str, value: Any, unit: str = "") -> np.ndarray:
-    """Numbers in an SI unit, or without one, from numbers or from a quantity of pint."""
-    try:
-        return np.asarray(value.to(unit).magnitude if _has_units(value) else value, float)
-    except (TypeError, ValueError):
-        raise ValueError(
-            f"{name} = {value!s:.60} is no {name}; give numbers{unit and f' in {unit}'}"
-        ) from None
+def _as_given(given: Any, values: np.ndarray) -> Any:
+    """Dimensionless values, as a DataArray if they were given as one."""
+    return relabelled(given, values) if is_labelled(given) else values

@@ -26,6 +26,7 @@ from elastica.codes import Event, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import every
 from elastica.euler import euler_root
+from elastica.inputs import read_number, read_numbers
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.solution import solve
@@ -129,9 +130,10 @@ def transitions(
     if control not in ("P", "shortening"):
         question = did_you_mean(control, ("P", "shortening"))
         raise ValueError(f'control = {control!r} is not known{question}; use "P" or "shortening"')
+    P_max = read_number("P_max", P_max)
     if not 0 < P_max <= LARGEST_P:
         raise ValueError(f"P_max = {P_max!r} is not possible; give a load above 0, up to {LARGEST_P:g}")
-    H = np.unique(np.asarray(H, float))
+    H = np.unique(read_numbers("H", H))
     if not ((H > 0) & (H < 0.5)).all():
         raise ValueError(f"H = {H.tolist()} is not possible; give half gaps between 0 and 0.5")
     with np.errstate(all="ignore"):

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from elastica.codes import Stability
 from elastica.ends import parse_ends
+from elastica.inputs import read_number, read_numbers
 from elastica.quasistatic import passage, unloaded
 from elastica.solution import LARGEST_LOAD
 from studies.errors import StudyError
@@ -165,10 +166,7 @@ def _controls(P, shortening):
     if (P is None) == (shortening is None):
         raise StudyError("give either P or shortening: one is prescribed, the other follows")
     control, values = ("P", P) if shortening is None else ("shortening", shortening)
-    try:
-        given = np.asarray(values, float)
-    except (TypeError, ValueError):
-        raise StudyError(f"{control} = {values!r}: give a list of numbers, one a step") from None
+    given = _understood(read_numbers, control, values)
     if given.ndim != 1 or not given.size:
         raise StudyError(f"{control} has the shape {given.shape}; give a list of numbers, one a step")
     bad = np.flatnonzero(~((given >= 0) & (given <= LARGEST[control])))
@@ -182,10 +180,16 @@ def _controls(P, shortening):
 
 def _strip(ends, H):
     """End conditions and half gap."""
+    ends = _understood(parse_ends, ends)
+    gap = _understood(read_number, "H", H)
+    if not 0 < gap < 0.5:
+        raise StudyError(f"H = {H!r} is not possible; give one half gap between 0 and 0.5")
+    return ends, gap
+
+
+def _understood(read, *given):
+    """What a reader of `elastica` makes of it; its refusal is one of the study."""
     try:
-        ends = parse_ends(ends)
+        return read(*given)
     except ValueError as problem:
         raise StudyError(str(problem)) from None
-    if not isinstance(H, (int, float, np.number)) or not 0 < H < 0.5:
-        raise StudyError(f"H = {H!r} is not possible; give one half gap between 0 and 0.5")
-    return ends, float(H)

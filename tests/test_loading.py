@@ -148,7 +148,7 @@ def test_the_dataset_survives_a_file(shortened, tmp_path):
         ({"H": 0.1, "P": [1, np.nan]}, "P = nan at step 1"),
         ({"H": 0.1, "shortening": [-0.1]}, "shortening = -0.1 at step 0"),
         ({"H": 0.1, "P": 1.0}, "P has the shape"),
-        ({"H": 0.1, "P": ["much"]}, "list of numbers"),
+        ({"H": 0.1, "P": ["much"]}, "P = 'much' is text"),
         ({"ends": "free-free", "H": 0.1, "P": [1]}, "free-free"),
     ],
 )

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.inputs import read_numbers
+
 
 class Profile(NamedTuple):
     """Stiffness at equidistant arc lengths from s = 0 to s = 1, linear between; or a function of s."""
@@ -19,7 +21,7 @@ class Profile(NamedTuple):
     def __call__(self, s):
         """Stiffness at arc lengths `s`."""
         if self.function is not None:
-            return np.broadcast_to(np.asarray(self.function(s), float), np.shape(s))
+            return np.broadcast_to(read_numbers("stiffness(s)", self.function(s)), np.shape(s))
         return np.interp(s, np.linspace(0, 1, len(self.samples)), self.samples)
 
 
@@ -51,17 +53,14 @@ def parse_profile(stiffness, links):
     if callable(stiffness):
         profile = Profile((), stiffness)
         try:
-            values = np.asarray(profile(s), float)
+            values = profile(s)
         except (TypeError, ValueError) as problem:
             raise ValueError(
                 f"stiffness: the function must return a number for each of an array of arc lengths: {problem}"
             ) from None
         where = "s = {:.6g}".format
     else:
-        try:
-            values = np.atleast_1d(np.asarray(stiffness, float))
-        except (TypeError, ValueError):
-            raise ValueError(f"stiffness = {stiffness!r}; give positive numbers or a function of s") from None
+        values = np.atleast_1d(read_numbers("stiffness", stiffness))
         if values.ndim != 1 or not 1 <= values.size <= links + 1:
             raise ValueError(
                 f"stiffness has the shape {values.shape}; give 1 to links + 1 = {links + 1} numbers at "

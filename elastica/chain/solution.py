@@ -14,8 +14,9 @@ from elastica.chain.resolution import SUSPECT, lag, links_for
 from elastica.chain.splitting import FEWEST_LINKS
 from elastica.codes import Status
 from elastica.ends import parse_ends
+from elastica.inputs import broadcast
 from elastica.shapes import Shape
-from elastica.solution import Solution, blank, broadcast, prescribed, unusable
+from elastica.solution import Solution, blank, label, prescribed, unusable
 from elastica.spectrum import Conventional
 from elastica.spelling import did_you_mean
 from elastica.states import parse_state
@@ -157,7 +158,7 @@ def solve(
     state = parse_state(state, ends)
     profile = check_chain(state, links, clamp, stiffness)
     control, values = prescribed(P, shortening)
-    given, H, shape = broadcast(**{control: values, "H": H})
+    given, H, shape, labels = broadcast(**{control: values, "H": H})
     reasons = unusable(control, given, H)
     model = Model(state, ends, control, links, clamp, profile)
     arrays, chains = blank(state, given.size), {}
@@ -185,7 +186,8 @@ def solve(
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
     chain = {"links": links, "clamp": clamp, "stiffness": profile, "chains": chains}
-    return ChainSolution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons, **chain)
+    solution = ChainSolution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons, **chain)
+    return solution if labels is None else label(solution, labels)
 
 
 def check_chain(state, links, clamp, stiffness):

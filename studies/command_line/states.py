@@ -32,6 +32,16 @@ def _point(P, shortening, H):
     return {"P": P, "shortening": shortening, "H": H}
 
 
+def _profile(text):
+    """The numbers of a stiffness profile."""
+    from studies.errors import StudyError
+
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError:
+        raise StudyError(f"--stiffness {text}: give numbers with commas between, such as 1,0.5,1") from None
+
+
 @contextmanager
 def _mechanics():
     """What the user asked of `elastica` is input: its refusal is one sentence."""
@@ -64,7 +74,7 @@ def solve(state, ends, P, shortening, H, eigenvalues, as_json, method, links, cl
     from studies.errors import StudyError
 
     point = _point(P, shortening, H)
-    chain = {"links": links, "clamp": clamp, "stiffness": stiffness and stiffness.split(",")}
+    chain = {"links": links, "clamp": clamp, "stiffness": stiffness and _profile(stiffness)}
     chain = {name: value for name, value in chain.items() if value is not None}
     with _mechanics(), warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", UserWarning)

@@ -26,7 +26,7 @@ from elastica import Status
         ("U", {"stiffness": np.ones(402)}, "links = 401"),
         ("U", {"stiffness": np.ones((2, 3))}, "1 to links"),
         ("U", {"stiffness": []}, "1 to links"),
-        ("U", {"stiffness": "thick"}, "positive numbers"),
+        ("U", {"stiffness": "thick"}, "'thick' is text"),
         ("U", {"stiffness": lambda s: s[:2]}, "number for each"),
         ("U", {"stiffness": lambda s: -s}, "every value"),
         ("UD-", {"stiffness": [1, 2]}, "between two lines"),
