@@ -25,14 +25,26 @@ from studies.errors import StudyError
 from studies.plot.boundaries import curves_between
 from studies.plot.reading import (
     Grid,
-    preferred_bits,
+    preferred,
     restored,
     solves_exactly,
     stable_sets,
     state_variable,
 )
 from studies.plot.regions import Plane, fill, log_spaced, sharpen, spread
-from studies.plot.style import NONE, axis_label, caption, colour, end_conditions, ink, new_figure, require
+from studies.plot.style import (
+    NONE,
+    axis_label,
+    caption,
+    colour,
+    end_conditions,
+    ink,
+    listed,
+    new_figure,
+    require,
+    shortest_first,
+)
+from studies.reduction import potential
 from studies.schema import VARIABLES, control_of
 
 if TYPE_CHECKING:
@@ -83,12 +95,14 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
     StudyError
         If what is needed is missing, or the grid is no plane.
     """
-    require(dataset, "status", "stability", *["preferred_state"] * (show == "preferred"))
+    require(dataset, "status", "stability")
     dataset = restored(dataset)
+    if show == "preferred":
+        require(dataset, potential(control_of(dataset.sizes)))
     number = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):
-        if dataset.sizes.get(axis, 0) < 2 or not np.isfinite(dataset[axis]).all():
+        if dataset.sizes[axis] < 2:
             raise StudyError(f"the dataset has fewer than two values of {axis}; a chart needs a plane")
     panels = len(end_conditions(dataset))
     grids = [Grid.of(dataset.isel(ends=panel), control) for panel in range(panels)]
@@ -123,12 +137,14 @@ def _panels(count):
 def _regions(grid, show, exact):
     """Labels of one panel, its grid made as fine as a picture, and the curves between them."""
     H, given = grid.axes
-    names, bits, unknown = stable_sets(grid)
+    sets = stable_sets(grid)
+    names = sets.names
     decide = partial(_stable, names, grid.ends)
     if show == "preferred":
-        bits = np.where(bits, preferred_bits(grid, names), 0)
+        sets = preferred(grid, sets)
         decide = partial(_preferred, names, grid.ends)
-    plane, curves = Plane(H, given, bits), []
+    # Points that were not computed take what the nearest has.
+    plane, curves = Plane(H, given, fill(sets.bits, sets.known)), []
     if exact:
         free = sum(1 << k for k, name in enumerate(names) if parse_state(name, grid.ends).mode)
         plane = sharpen(plane, lambda H, P, around: decide(H, P, around[0] | around[1] | free))
@@ -145,7 +161,7 @@ def _regions(grid, show, exact):
         meaning = {
             int(b): tuple(name for k, name in enumerate(names) if b >> k & 1) for b in np.unique(labels)
         }
-    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, unknown)
+    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, sets.unknown)
 
 
 def _stable(names, ends, H, P, asked):
@@ -220,7 +236,7 @@ def _draw_sets(figure, axes, pictures, show):
             background = colour(states[0]) if len(states) == 1 else NONE
             _name_region(ax, picture, label, " + ".join(states) or "none stable", background)
     found = {states for picture in pictures for states in picture.meaning.values()}
-    single = sorted({state for states in found for state in states}, key=lambda name: (len(name), name))
+    single = sorted({state for states in found for state in states}, key=shortest_first)
     handles = [Patch(facecolor=colour(name), edgecolor="0.3", label=name) for name in single]
     if () in found:
         handles.append(Patch(facecolor=NONE, edgecolor="0.3", label="none of those searched"))
@@ -346,6 +362,6 @@ def _explain(show, state, control, exact, pictures):
     }.get(show, f"{show} of {state}; white: no such equilibrium")
     how = "boundaries solved exactly" if exact else "boundaries to the nearest grid point"
     unknown = sorted({name for picture in pictures for name in picture.unknown})
-    missing = f"not computed in this dataset: {', '.join(unknown)}" if unknown else ""
+    missing = f"not computed, or only in part: {listed(unknown)}" if unknown else ""
     prescribed = {"P": "stability at given load", "shortening": "stability at given shortening"}[control]
     return f"{what}; {prescribed}; {how}", missing

@@ -11,9 +11,10 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
-from studies.plot.regions import FINE, fill
-from studies.plot.style import listed
-from studies.schema import control_of
+from studies.plot.regions import FINE
+from studies.plot.style import listed, shortest_first
+from studies.reduction import potential
+from studies.schema import VARIABLES, control_of
 
 BAND_BYTES = 32_000_000
 MOST_SETS = 62
@@ -21,21 +22,66 @@ MOST_SETS = 62
 
 
 def restored(dataset):
-    """The dataset with the dimensions that a selection of one label took away.
+    """The dataset as figures read it, whatever was selected from it, joined to it or done to its order.
+
+    Dimensions that a selection of one label took away are back, labels increase along H and the control, and
+    flags that became floating numbers because something was filled with NaN are integers again.
 
     Raises
     ------
     StudyError
-        If the label is gone as well, or an axis is empty.
+        If labels are gone, come twice or are no numbers, an axis is empty, or there is a dimension more.
     """
-    axes = "ends", "H", control_of(dataset.coords), "state"
+    control = control_of(dataset.coords)
+    axes = "ends", "H", control, "state"
     for axis in axes:
         if axis not in dataset.coords:
             raise StudyError(f"the dataset has no labels of {axis!r}; select without drop=True")
+        if dataset[axis].dims not in ((), (axis,)):
+            raise StudyError(f"{axis!r} is no axis of the dataset; unstack it")
         if axis != "state" and not dataset[axis].size:
             raise StudyError(f"the dataset has no value of {axis}; select one at least")
     missing = [axis for axis in axes if axis not in dataset.dims]
-    return dataset.expand_dims(missing).transpose(*axes, ...) if missing else dataset
+    dataset = dataset.expand_dims(missing) if missing else dataset
+    if "status" in dataset and (more := set(dataset["status"].dims) - set(axes)):
+        raise StudyError(f"the dataset has the dimension {more.pop()!r} as well; select one label of it")
+    for axis in axes:
+        dataset = _increasing(dataset, axis, control)
+    flags = {
+        name: values.fillna(VARIABLES[name].missing).astype(VARIABLES[name].dtype)
+        for name, values in dataset.data_vars.items()
+        if name in VARIABLES and VARIABLES[name].dtype != "f8" and values.dtype.kind == "f"
+    }
+    dataset = dataset.assign(flags)
+    if "reaction" in dataset and not _every_contact(dataset):
+        dataset = dataset.drop_vars("reaction")
+    return dataset.transpose(*axes, ...)
+
+
+def _increasing(dataset, axis, control):
+    """The dataset with the labels of H and the control in order, and those of every axis only once."""
+    labels = dataset[axis].values
+    if axis in ("H", control):
+        if labels.dtype.kind not in "fiu" or not np.isfinite(labels).all():
+            raise StudyError(f"the labels of {axis} are not all finite numbers; a figure needs such")
+        order = np.argsort(labels, kind="stable")
+        if (order != np.arange(labels.size)).any():
+            dataset = dataset.isel({axis: order})
+    values, counts = np.unique(labels if axis in ("H", control) else labels.astype(str), return_counts=True)
+    if (counts > 1).any():
+        raise StudyError(
+            f"{axis} = {values[counts.argmax()]} comes twice in the dataset; decide which is meant, "
+            f"dataset.drop_duplicates({axis!r}) keeps the first"
+        )
+    return dataset
+
+
+def _every_contact(dataset):
+    """Whether the reactions are those of all contacts, so that they can be added up."""
+    most = max((name.count("U") + name.count("D") for name in map(str, dataset["state"].values)), default=0)
+    if "contact" not in dataset["reaction"].dims or "contact" not in dataset.coords:
+        return False
+    return set(range(1, most + 1)) <= set(dataset["contact"].values.tolist())
 
 
 def nearest_label(dataset, axis, value):
@@ -110,31 +156,30 @@ def _evenly(count, most):
 class StableSets(NamedTuple):
     """Which states are stable: bit k of `bits` (H, control) stands for `names[k]`.
 
-    `unknown` names the states that were computed nowhere.
+    `known` tells which points were computed, `unknown` names the states that were not at some of those.
     """
 
     names: list
     bits: np.ndarray
+    known: np.ndarray
     unknown: list
 
 
 def stable_sets(grid):
-    """The stable states of every point; of points that were not computed, those of the nearest."""
-    names, planes, unknown = [], [], []
-    known = False
-    for number, name in enumerate(grid.states):
+    """The stable states of every point that was computed."""
+    names, planes, computed = [], [], {}
+    for name in sorted(grid.states, key=shortest_first):
+        number = grid.states.index(name)
         status = grid.read("status", number)
-        computed = status != Status.NOT_COMPUTED
-        known = known | computed
         if not is_canonical(name, grid.ends):
             continue
-        if not computed.any():
-            unknown.append(name)
+        computed[name] = status != Status.NOT_COMPUTED
         stable = (status == Status.SOLVED) & (grid.read("stability", number) == Stability.STABLE)
         # A free shape may be stable only between two lines of the grid.
         if stable.any() or parse_state(name, grid.ends).mode:
             names.append(name)
             planes.append(stable)
+    known = np.logical_or.reduce(list(computed.values()))
     if not np.any(known):
         raise StudyError(f"the dataset has no computed point for {grid.ends}; run its study to the end")
     widest = sorted(range(len(names)), key=lambda k: -planes[k].sum())[:MOST_SETS]
@@ -142,17 +187,25 @@ def stable_sets(grid):
     bits = np.zeros(known.shape, np.int64)
     for k, stable in enumerate(planes):
         bits |= stable.astype(np.int64) << k
-    return StableSets(names, fill(bits, known), unknown)
+    unknown = [name for name, there in computed.items() if (known & ~there).any()]
+    return StableSets(names, bits, known, unknown)
 
 
-def preferred_bits(grid, names):
-    """The bit of the preferred state of every point, 0 where none is stable."""
-    position = grid.read("preferred_state")
-    numbers = [grid.states.index(name) for name in names]
-    bits = np.zeros(position.shape, np.int64)
-    for k, number in enumerate(numbers):
-        bits[position == number] = 1 << k
-    return bits
+def preferred(grid, sets):
+    """The sets with the state of least potential alone.
+
+    It is found again from the states that are there: `preferred_state` is a position along the axis of states
+    as it was written, before anything was selected.
+    """
+    least, bits = np.full(sets.bits.shape, np.inf), np.zeros_like(sets.bits)
+    for k, name in enumerate(sets.names):
+        stable = sets.bits >> k & 1 == 1
+        energy = grid.read(potential(grid.control), grid.states.index(name))
+        if np.isnan(energy[stable]).any():
+            raise StudyError(f"the dataset lacks the {potential(grid.control)} of {name} where it is stable")
+        lower = stable & (energy < least)
+        least[lower], bits[lower] = energy[lower], 1 << k
+    return sets._replace(bits=bits)
 
 
 def solves_exactly(dataset):

@@ -198,6 +198,11 @@ def end_conditions(dataset):
     return names
 
 
+def shortest_first(state):
+    """Key of the order in which states are listed, whatever their order in a dataset."""
+    return len(state), state
+
+
 def listed(names, wrong="", most=20):
     """Names in a sentence, of many the first; and which of them was meant by one that is wrong."""
     more = f" and {len(names) - most} more" if len(names) > most else ""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray
 from click.testing import CliRunner
 from matplotlib.colors import to_hex, to_rgb
 from matplotlib.testing.compare import compare_images
@@ -222,6 +223,72 @@ def test_a_film_has_a_frame_for_each_point_of_a_loading_path(tmp_path):
         studies.plot.film([(9.9, 0.2, "UDU", CC)], tmp_path / "none.gif")
 
 
+def painted(figure, panel=0):
+    """Colours of a panel, of shape (control, H, 3)."""
+    return np.asarray(figure.axes[panel].collections[0].get_array())
+
+
+@pytest.mark.parametrize("show", ["stable", "preferred", "count"])
+def test_the_order_of_labels_changes_no_picture(dataset, show):
+    """Reversed, shuffled, reindexed with a state that is nowhere, joined again from pieces, chosen anew."""
+    dataset, names = dataset.isel(ends=[0]), SMALL["states"]["names"]
+    expected = painted(studies.plot.chart(dataset, show=show))
+    pieces = [dataset.isel(H=slice(3, None)), dataset.isel(H=slice(0, 3))]
+    changed = {
+        "sel": dataset.sel(state=names[::-1]),
+        "isel": dataset.isel(H=[3, 1, 0, 4, 2], P=slice(None, None, -1)),
+        "concat": xarray.concat(pieces, "H"),
+        "reindex": dataset.reindex(state=["UUU", *names]),
+        "where": dataset.where(dataset["H"] > 0),
+    }
+    for how, other in changed.items():
+        before = other.copy(deep=True)
+        assert np.array_equal(painted(studies.plot.chart(other, show=show)), expected), how
+        xarray.testing.assert_identical(other, before)
+
+
+@pytest.mark.parametrize("gone", [["0"], ["U"], ["U-", "UD"]])
+def test_the_preferred_state_is_one_of_those_there(dataset, gone):
+    """As if the others had never been computed."""
+    left = dataset.isel(ends=[0]).drop_sel(state=gone)
+    figure = studies.plot.chart(left, show="preferred")
+    H, P = (centres(figure.axes[0].collections[0].get_coordinates()[..., axis], axis) for axis in (0, 1))
+    names, seen = [str(name) for name in left["state"].values], painted(figure)
+    # Above the buckling load of the straight strip, away from the curves.
+    for j, i in np.random.default_rng(7).integers((80, 0), (P.size, H.size), (40, 2)):
+        energies = [stable_energy(name, P[j : j + 1], H[i : i + 1])[0] for name in names]
+        shade = colour(names[np.nanargmin(energies)]) if np.isfinite(energies).any() else "#ffffff"
+        assert np.allclose(seen[j, i], to_rgb(shade)), (P[j], H[i], energies)
+
+
+def test_joined_outputs_with_other_states_show_what_was_computed(dataset):
+    """Where a file says nothing of a state the chart does not either."""
+    first, second = dataset.isel(H=slice(0, 2)).drop_sel(state="UD"), dataset.isel(H=slice(2, None))
+    both = xarray.concat([first, second], "H", join="outer")
+    assert both["status"].dtype.kind == "f"
+    figure = studies.plot.chart(both, show="preferred")
+    assert "only in part: UD" in figure.get_supxlabel()
+    expected = painted(studies.plot.chart(dataset, show="preferred"))
+    narrow, wide = slice(0, 20), slice(120, None)
+    assert np.array_equal(painted(figure)[:, wide], expected[:, wide])
+    assert not np.isclose(painted(figure)[:, narrow], to_rgb(colour("UD"))).all(axis=-1).any()
+
+
+@pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
+def test_datasets_that_mean_two_things_are_refused(dataset, kind):
+    twice = xarray.concat([dataset, dataset.isel(H=[2])], "H")
+    for wrong, message in (
+        (twice, r"H = 0.08 comes twice .*drop_duplicates\('H'\)"),
+        (dataset.isel(state=[0, 2, 2]), "state = U comes twice"),
+        (dataset.isel(ends=[1, 1]), "ends = pinned-pinned comes twice"),
+        (dataset.assign_coords(H=[0.04, 0.06, np.nan, 0.1, 0.12]), "labels of H are not all finite"),
+        (xarray.concat([dataset, dataset], "source"), "has the dimension 'source' as well"),
+        (dataset.stack(point=("H", "P")), "'H' is no axis of the dataset"),
+    ):
+        with pytest.raises(StudyError, match=message):
+            getattr(wrong.elastica.plot, kind)()
+
+
 @pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
 def test_figures_look_as_they_did(kind, dataset, tmp_path, chart):
     """Up to fonts. Where a change is meant, the new picture stands in pytest's folder of this test."""
@@ -267,12 +334,12 @@ def test_mistakes_are_one_sentence(file, arguments, message):
 def test_half_a_dataset_is_drawn_as_far_as_it_goes(dataset):
     with pytest.raises(StudyError, match="no variable 'stability'"):
         studies.plot.chart(dataset.drop_vars("stability"))
-    with pytest.raises(StudyError, match="no variable 'preferred_state'"):
-        studies.plot.chart(dataset.drop_vars("preferred_state"), show="preferred")
+    with pytest.raises(StudyError, match="no variable 'energy'"):
+        studies.plot.chart(dataset.drop_vars("energy"), show="preferred")
     half = dataset.isel(ends=[1]).drop_vars(["energy", "preferred_state"])
     half["status"] = half["status"].where(~half["state"].isin(["U-", "UD"]), -1)
     figure = studies.plot.chart(half)
-    assert "not computed in this dataset: U-, UD" in figure.get_supxlabel()
+    assert "not computed, or only in part: U-, UD" in figure.get_supxlabel()
     assert len(studies.plot.bifurcation(half.drop_vars("stability"), H=0.1).axes) == 1
 
 
