@@ -33,6 +33,7 @@ MARKERS = {
     Boundary.POINT_TO_LINE: "s",
     Boundary.FLAT_BUCKLES: "D",
     Boundary.FOLD: "^",
+    Boundary.RIGHT_ANGLE: "X",
 }
 ARROWS = {"P": ("black", "jump at given load"), "shortening": ("#b2182b", "jump at given shortening")}
 

@@ -6,7 +6,6 @@ about to vanish there names the event.
 
 import numpy as np
 
-from elastica.codes import Stability
 from elastica.solution import solve
 from elastica.stable import stable_energy
 from studies.plot.regions import trace
@@ -18,7 +17,7 @@ SAME = 1e-5
 """Part of a load below which two curves that cross the same edge of the grid are one."""
 
 
-def curves_between(plane, regions, ends):
+def curves_between(plane, regions, ends, heir=None):
     """Curves that bound regions of the plane, in pieces of one event each.
 
     Parameters
@@ -27,6 +26,8 @@ def curves_between(plane, regions, ends):
     regions : iterable of (str, ndarray of bool, callable)
         A state with where it holds on the plane, and the exact test of (H, P); see `regions.trace`.
     ends : str
+    heir : callable, optional
+        If regions are those of preferred states: names (n,) of the preferred one at (H, P), "" for none.
 
     Returns
     -------
@@ -36,9 +37,12 @@ def curves_between(plane, regions, ends):
     curves, met = [], {}
     for name, inside, holds in regions:
         for within, beyond, edges in trace(plane.H, plane.given, inside, holds):
-            here = solve(name, P=within[1], H=within[0], ends=ends)
-            goes_on = np.isfinite(stable_energy(name, beyond[1], beyond[0], ends))
-            events = event_at(here, goes_on & (here.stability == Stability.STABLE))
+            events = event_at(_solved(name, within, ends))
+            goes_on = _stable(name, beyond, ends) & _stable(name, within, ends)
+            # What is stable on both sides ends where it was not computed, or leaves its rank to another.
+            events[goes_on] = None
+            if heir is not None and goes_on.any():
+                events[goes_on] = _taken_over(name, within[:, goes_on], beyond[:, goes_on], ends, heir)
             # A label that was copied into a region thinner than the grid bounds nothing.
             events[holds(*beyond)] = None
             new = np.array(
@@ -53,6 +57,29 @@ def curves_between(plane, regions, ends):
     return curves
 
 
+def _taken_over(name, within, beyond, ends, heir):
+    """Events that make another state the preferred one where a state goes on: the birth of the other, or
+    equal energies.
+    """
+    others, energy = heir(*beyond), stable_energy(name, within[1], within[0], ends)
+    events = np.full(others.size, None, object)
+    for other in set(others.tolist()) - {"", name}:
+        at = np.flatnonzero(others == other)
+        born = ~_stable(other, within[:, at], ends)
+        there = _solved(other, beyond[:, at], ends)
+        equal = np.abs(there.energy - energy[at]) < NEAR * np.abs(energy[at])
+        events[at] = np.where(born, event_at(there), np.where(equal, Boundary.EQUAL_ENERGY, None))
+    return events
+
+
+def _solved(name, at, ends):
+    return solve(name, P=at[1], H=at[0], ends=ends)
+
+
+def _stable(name, at, ends):
+    return np.isfinite(stable_energy(name, at[1], at[0], ends))
+
+
 def _pieces(at, events):
     """Runs of one event along a curve, each up to where the next begins."""
     starts = np.flatnonzero([i == 0 or events[i] is not events[i - 1] for i in range(len(events))])
@@ -64,15 +91,13 @@ def _pieces(at, events):
     return pieces
 
 
-def event_at(solution, goes_on):
+def event_at(solution):
     """The event at each of n edges.
 
     Parameters
     ----------
     solution : elastica.Solution
         The state just inside of n edges, as close as numbers tell.
-    goes_on : ndarray of bool, shape (n,)
-        Whether it is the same just outside: then only its rank among others changes.
 
     Returns
     -------
@@ -95,8 +120,8 @@ def event_at(solution, goes_on):
             Boundary.WALL_TOUCHED: np.minimum(least / P, solution.clearance / solution.H),
             Boundary.POINT_TO_LINE: np.where(line, solution.flat_length, solution.curvature / root_p),
             Boundary.FLAT_BUCKLES: np.where(line, longer, np.inf),
+            Boundary.RIGHT_ANGLE: np.abs(solution.max_slope / (np.pi / 2) - 1),
         }
     values = np.nan_to_num(np.stack(list(sizes.values())), nan=np.inf)
     events = np.array(list(sizes), object)[values.argmin(axis=0)]
-    events = np.where(values.min(axis=0) < NEAR, events, Boundary.FOLD)
-    return np.where(goes_on, Boundary.EQUAL_ENERGY, events)
+    return np.where(values.min(axis=0) < NEAR, events, Boundary.FOLD)

@@ -126,7 +126,7 @@ def _solved(name, ends, H, loads):
         own = np.flatnonzero((_keys(s) == run).all(axis=1))
         if own.size < 2:
             continue
-        events = event_at(s, np.zeros(P.size, bool))[own[[0, -1]]]
+        events = event_at(s)[own[[0, -1]]]
         events = tuple(
             None if edge in (loads[0], loads[-1]) else event
             for edge, event in zip((first, last), events, strict=True)

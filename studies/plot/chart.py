@@ -20,8 +20,8 @@ from scipy.ndimage import distance_transform_edt
 from elastica.codes import Stability, Status
 from elastica.solution import solve
 from elastica.stable import stable_energy
-from elastica.states import parse_state
 from studies.errors import StudyError
+from studies.plot.between import Between, nearest
 from studies.plot.boundaries import curves_between
 from studies.plot.reading import (
     Grid,
@@ -139,20 +139,22 @@ def _regions(grid, show, exact):
     H, given = grid.axes
     sets = stable_sets(grid)
     names = sets.names
-    decide = partial(_stable, names, grid.ends)
+    solver = Between(names, grid.ends, H, given, fill(sets.computed, sets.known))
     if show == "preferred":
         sets = preferred(grid, sets)
-        decide = partial(_preferred, names, grid.ends)
     # Points that were not computed take what the nearest has.
     plane, curves = Plane(H, given, fill(sets.bits, sets.known)), []
-    if exact:
-        free = sum(1 << k for k, name in enumerate(names) if parse_state(name, grid.ends).mode)
-        plane = sharpen(plane, lambda H, P, around: decide(H, P, around[0] | around[1] | free))
-        for k, name in enumerate(names):
-            curves.append((name, plane.labels >> k & 1 == 1, partial(_has, decide, 1 << k)))
-        curves = curves_between(plane, curves, grid.ends)
-    else:
+    if not exact:
         plane = spread(plane)
+    else:
+        if show == "preferred":
+            plane = sharpen(plane, lambda H, P, around: solver.preferred(H, P))
+            holds, heir = solver.is_preferred, solver.preferred_name
+        else:
+            plane = sharpen(plane, lambda H, P, near: solver.stable(H, P, near[0] | near[1] | solver.free))
+            holds, heir = solver.is_stable, None
+        regions = [(name, plane.labels >> k & 1 == 1, partial(holds, 1 << k)) for k, name in enumerate(names)]
+        curves = curves_between(plane, regions, grid.ends, heir)
     labels = plane.labels
     if show == "count":
         labels = np.bitwise_count(labels.astype(np.uint64)).astype(int)
@@ -162,31 +164,6 @@ def _regions(grid, show, exact):
             int(b): tuple(name for k, name in enumerate(names) if b >> k & 1) for b in np.unique(labels)
         }
     return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, sets.unknown)
-
-
-def _stable(names, ends, H, P, asked):
-    """Bits of the states that are stable, of those asked for."""
-    bits = np.zeros(H.size, np.int64)
-    for k, name in enumerate(names):
-        at = np.flatnonzero(asked >> k & 1)
-        if at.size:
-            stable = np.isfinite(stable_energy(name, P[at], H[at], ends))
-            bits[at] |= stable.astype(np.int64) << k
-    return bits
-
-
-def _preferred(names, ends, H, P, asked):
-    """Bit of the stable state of least energy, whichever states are asked for."""
-    least, bits = np.full(H.size, np.inf), np.zeros(H.size, np.int64)
-    for k, name in enumerate(names):
-        energy = stable_energy(name, P, H, ends)
-        lower = energy < least
-        least[lower], bits[lower] = energy[lower], 1 << k
-    return bits
-
-
-def _has(decide, bit, H, P):
-    return decide(H, P, np.full(H.size, bit)) & bit != 0
 
 
 def _values(grid, variable, number, exact):
@@ -209,7 +186,7 @@ def _values(grid, variable, number, exact):
 
         firm = grid.read("stability", number) == Stability.STABLE
         fine = sharpen(plane, solved)
-        near = _nearest(H, fine.H), _nearest(given, fine.given)
+        near = nearest(H, fine.H), nearest(given, fine.given)
         firm = firm[np.ix_(*near)] & fine.labels
         curves = curves_between(fine, [(name, fine.labels, solved), (name, firm, stable)], grid.ends)
         plane = fine
@@ -219,11 +196,6 @@ def _values(grid, variable, number, exact):
     points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
     values = np.where(plane.labels, look(points), np.nan)
     return Picture(grid.ends, plane.H, plane.given, values, {}, curves, [])
-
-
-def _nearest(labels, values):
-    """Position of the label nearest to each value."""
-    return np.abs(labels[:, None] - values).argmin(axis=0)
 
 
 def _draw_sets(figure, axes, pictures, show):

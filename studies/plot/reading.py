@@ -156,39 +156,45 @@ def _evenly(count, most):
 class StableSets(NamedTuple):
     """Which states are stable: bit k of `bits` (H, control) stands for `names[k]`.
 
-    `known` tells which points were computed, `unknown` names the states that were not at some of those.
+    Bit k of `computed` tells whether it was computed there, `known` whether anything was; `unknown` names the
+    states that were not computed everywhere that others were.
     """
 
     names: list
     bits: np.ndarray
+    computed: np.ndarray
     known: np.ndarray
     unknown: list
 
 
 def stable_sets(grid):
     """The stable states of every point that was computed."""
-    names, planes, computed = [], [], {}
+    found, computed = {}, {}
     for name in sorted(grid.states, key=shortest_first):
-        number = grid.states.index(name)
-        status = grid.read("status", number)
         if not is_canonical(name, grid.ends):
             continue
+        number = grid.states.index(name)
+        status = grid.read("status", number)
         computed[name] = status != Status.NOT_COMPUTED
         stable = (status == Status.SOLVED) & (grid.read("stability", number) == Stability.STABLE)
         # A free shape may be stable only between two lines of the grid.
         if stable.any() or parse_state(name, grid.ends).mode:
-            names.append(name)
-            planes.append(stable)
+            found[name] = stable
     known = np.logical_or.reduce(list(computed.values()))
     if not np.any(known):
         raise StudyError(f"the dataset has no computed point for {grid.ends}; run its study to the end")
-    widest = sorted(range(len(names)), key=lambda k: -planes[k].sum())[:MOST_SETS]
-    names, planes = ([values[k] for k in sorted(widest)] for values in (names, planes))
-    bits = np.zeros(known.shape, np.int64)
-    for k, stable in enumerate(planes):
-        bits |= stable.astype(np.int64) << k
+    widest = sorted(found, key=lambda name: -found[name].sum())[:MOST_SETS]
+    names = [name for name in found if name in widest]
     unknown = [name for name, there in computed.items() if (known & ~there).any()]
-    return StableSets(names, bits, known, unknown)
+    return StableSets(names, *(_bits(names, planes, known) for planes in (found, computed)), known, unknown)
+
+
+def _bits(names, planes, known):
+    """Bit k where the plane of names[k] holds."""
+    bits = np.zeros(known.shape, np.int64)
+    for k, name in enumerate(names):
+        bits |= planes[name].astype(np.int64) << k
+    return bits
 
 
 def preferred(grid, sets):

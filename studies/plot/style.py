@@ -85,7 +85,8 @@ class Boundary(Enum):
     POINT_TO_LINE = "point becomes line", "--"
     FLAT_BUCKLES = "flat stretch buckles", "-."
     FOLD = "fold", (0, (6, 1.5, 1, 1.5, 1, 1.5))
-    EQUAL_ENERGY = "equal energy", (0, (1, 1))
+    RIGHT_ANGLE = "right angle, not followed beyond", (0, (3, 1.2, 3, 1.2, 1, 1.2))
+    EQUAL_ENERGY = "equal energy", (0, (1, 3.5))
 
     @property
     def label(self):

@@ -122,6 +122,21 @@ def test_preferred_states_meet_at_equal_energy(dataset):
     assert np.nanmax(np.abs(energies[0] / energies[1] - 1)) < 1e-6
 
 
+def test_every_border_of_preferred_states_is_named_after_its_event(dataset, coarse):
+    """Pinned, U- is stable below and above the load at which UD becomes a line, at far more energy."""
+    figure = studies.plot.chart(dataset.isel(ends=[1]), show="preferred")
+    drawn = curves(figure.axes[0])
+    H, P = drawn["point becomes line"].T
+    # Above lies the load at which the flat stretch of U- buckles, where a piece of curve may begin.
+    upper = (P > 2) & (P < 3.8) & (np.abs(H - 0.1) < 0.02)
+    assert upper.sum() > 4 and np.interp(0.1, H[upper], P[upper]) == pytest.approx(3.7176, abs=0.01)
+    assert np.isfinite(stable_energy("UD", P[upper] * 0.999, H[upper], PP)).all()
+    assert np.isnan(stable_energy("UD", P[upper] * 1.001, H[upper], PP)).all()
+    H, P = drawn["equal energy"].T
+    energies = [stable_energy(name, P, H, PP) for name in ("U-", "UD")]
+    assert P.max() < 2 and np.abs(energies[0] / energies[1] - 1).max() < 1e-6
+
+
 def test_counts_and_variables_are_drawn(dataset):
     dataset = dataset.isel(ends=[0])
     counted = studies.plot.chart(dataset, show="count").axes[0].collections[0].get_array()
@@ -223,13 +238,20 @@ def test_a_film_has_a_frame_for_each_point_of_a_loading_path(tmp_path):
         studies.plot.film([(9.9, 0.2, "UDU", CC)], tmp_path / "none.gif")
 
 
+@pytest.fixture
+def coarse(monkeypatch):
+    """Pictures of few points: what they show does not depend on it."""
+    monkeypatch.setattr("studies.plot.regions.FINE", (9, 29))
+    monkeypatch.setattr("studies.plot.regions.TRACED", (9, 29))
+
+
 def painted(figure, panel=0):
     """Colours of a panel, of shape (control, H, 3)."""
     return np.asarray(figure.axes[panel].collections[0].get_array())
 
 
 @pytest.mark.parametrize("show", ["stable", "preferred", "count"])
-def test_the_order_of_labels_changes_no_picture(dataset, show):
+def test_the_order_of_labels_changes_no_picture(dataset, coarse, show):
     """Reversed, shuffled, reindexed with a state that is nowhere, joined again from pieces, chosen anew."""
     dataset, names = dataset.isel(ends=[0]), SMALL["states"]["names"]
     expected = painted(studies.plot.chart(dataset, show=show))
@@ -248,20 +270,20 @@ def test_the_order_of_labels_changes_no_picture(dataset, show):
 
 
 @pytest.mark.parametrize("gone", [["0"], ["U"], ["U-", "UD"]])
-def test_the_preferred_state_is_one_of_those_there(dataset, gone):
+def test_the_preferred_state_is_one_of_those_there(dataset, coarse, gone):
     """As if the others had never been computed."""
     left = dataset.isel(ends=[0]).drop_sel(state=gone)
     figure = studies.plot.chart(left, show="preferred")
     H, P = (centres(figure.axes[0].collections[0].get_coordinates()[..., axis], axis) for axis in (0, 1))
     names, seen = [str(name) for name in left["state"].values], painted(figure)
     # Above the buckling load of the straight strip, away from the curves.
-    for j, i in np.random.default_rng(7).integers((80, 0), (P.size, H.size), (40, 2)):
+    for j, i in np.random.default_rng(7).integers((6, 0), (P.size, H.size), (40, 2)):
         energies = [stable_energy(name, P[j : j + 1], H[i : i + 1])[0] for name in names]
         shade = colour(names[np.nanargmin(energies)]) if np.isfinite(energies).any() else "#ffffff"
         assert np.allclose(seen[j, i], to_rgb(shade)), (P[j], H[i], energies)
 
 
-def test_joined_outputs_with_other_states_show_what_was_computed(dataset):
+def test_joined_outputs_with_other_states_show_what_was_computed(dataset, coarse):
     """Where a file says nothing of a state the chart does not either."""
     first, second = dataset.isel(H=slice(0, 2)).drop_sel(state="UD"), dataset.isel(H=slice(2, None))
     both = xarray.concat([first, second], "H", join="outer")
@@ -269,9 +291,12 @@ def test_joined_outputs_with_other_states_show_what_was_computed(dataset):
     figure = studies.plot.chart(both, show="preferred")
     assert "only in part: UD" in figure.get_supxlabel()
     expected = painted(studies.plot.chart(dataset, show="preferred"))
-    narrow, wide = slice(0, 20), slice(120, None)
-    assert np.array_equal(painted(figure)[:, wide], expected[:, wide])
-    assert not np.isclose(painted(figure)[:, narrow], to_rgb(colour("UD"))).all(axis=-1).any()
+    # The grid is 9 wide, and 4 of it nearer to the gaps of the first.
+    assert np.array_equal(painted(figure)[:, 4:], expected[:, 4:])
+    assert not np.isclose(painted(figure)[:, :3], to_rgb(colour("UD"))).all(axis=-1).any()
+    for line in figure.axes[0].get_lines():
+        H, P = line.get_data()
+        assert np.ptp(H) > 0 or np.ptp(P) < 0.1, "no event ends what was not computed"
 
 
 @pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
