@@ -13,9 +13,10 @@ from pathlib import Path
 from studies.catalog import INDEX, Catalog, Entry
 from studies.checking import check
 from studies.errors import StudyError
-from studies.files import identify, opened, read_labels, sync, written_whole
+from studies.files import identify, opened, read_labels
 from studies.lock import one_at_a_time
 from studies.merging import read_finished
+from studies.whole_files import sync, written_whole
 
 SUFFIX = ".nc"
 PATIENCE = 60.0

@@ -177,8 +177,8 @@ def _encryption(folder):
     import dask
     from distributed import Security
 
-    from studies.files import PART
     from studies.shards import OF_CLUSTER
+    from studies.whole_files import PART
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)

@@ -1,5 +1,7 @@
 """The error that a user sees as one sentence, and how values are shown in it."""
 
+import os
+
 MOST_SHOWN = 60
 """Characters of a value in a sentence."""
 
@@ -23,3 +25,8 @@ def shown(value):
     except ValueError:  # A whole number of more digits than Python writes.
         text = "a number of thousands of digits"
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}…"
+
+
+def readable_path(path):
+    """A path as text that can be shown and stored, whatever its bytes are."""
+    return os.fsencode(path).decode(errors="backslashreplace")

@@ -1,13 +1,15 @@
-"""netCDF files: written whole and renamed into place, checked by hash, read back with xarray.
+"""netCDF files: their definition and hash, and how they are opened.
 
 netCDF-C and HDF5 are not thread-safe even on different files, so all access of a process goes through one
-lock. Left out: what the variables mean (`schema`), who computes them (`run`).
+lock. Left out: what the variables mean (`schema`), how a file gets its name
+(`whole_files`).
 """
 
+import errno
+import fcntl
 import hashlib
 import os
-import tempfile
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from threading import RLock
 from typing import TYPE_CHECKING, Any
@@ -16,7 +18,7 @@ import netCDF4
 import numpy as np
 import psutil
 
-from studies.errors import StudyError
+from studies.errors import StudyError, readable_path
 from studies.sandbox import Lost, call
 from studies.schema import COORDINATES, FORMAT_VERSION, TRANSITIONS_FAILED
 from studies.structure import MEANING, fault
@@ -26,7 +28,6 @@ if TYPE_CHECKING:
 
 ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
-PART = ".part"
 READING_SECONDS, READING_SPEED = 30.0, 10e6
 """A file that takes longer to read, given its bytes, makes the library loop."""
 READING_FAILS = (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError, MemoryError)
@@ -36,40 +37,40 @@ netCDF4.set_chunk_cache(CHUNK_BYTES)
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
 
 
-@contextmanager
-def written_whole(path):
-    """Give a temporary name beside `path`; on success the file is synced and renamed to `path`.
+def refuse_path(path):
+    """Refuse a path that netCDF cannot take.
 
-    A reader never sees a part of a file, and a good file is replaced only by a complete one.
+    Raises
+    ------
+    StudyError
+        If its bytes are no text in UTF-8.
     """
-    path = Path(os.path.realpath(path))
-    with temporary_beside(path) as temporary:
-        yield temporary
-        sync(temporary)
-        os.replace(temporary, path)
-        sync(path.parent)
-
-
-@contextmanager
-def temporary_beside(path):
-    """Give an empty file beside `path`, with a name of its own, that is gone in the end."""
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", suffix=PART, dir=path.parent)
-    os.close(handle)
     try:
-        os.chmod(temporary, 0o644)
-        yield Path(temporary)
-    finally:
-        with suppress(FileNotFoundError):
-            os.unlink(temporary)
+        os.path.realpath(path).encode()
+    except UnicodeEncodeError:
+        raise StudyError(
+            f"{readable_path(os.path.realpath(path))}: netCDF takes only paths that are text in UTF-8, and "
+            "this is not; rename the file or its folder"
+        ) from None
 
 
-def sync(path):
-    """Wait until a file, or the names in a folder, are on the disk."""
-    descriptor = os.open(path, os.O_RDONLY)
+def why_unlockable(path):
+    """Why HDF5, which locks every file that it opens, cannot lock this one; nothing if it can.
+
+    Its own messages ("Permission denied", "Unknown file format") do not tell.
+    """
     try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
+        with Path(path).open("rb") as stream:
+            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return "; another program has it open to write"
+    except OSError as problem:
+        if problem.errno in (errno.ENOLCK, errno.ENOTSUP, errno.EOPNOTSUPP):
+            return (
+                f"; this file system has no locks ({problem.strerror}), so set HDF5_USE_FILE_LOCKING=FALSE "
+                "in the environment"
+            )
+    return ""
 
 
 @contextmanager
@@ -341,6 +342,7 @@ def identify(path, read=()):
         If the file is missing, damaged, of a newer format, or not one of ours.
     """
     path = Path(path)
+    refuse_path(path)
     if not path.is_file():
         what = "this is no file" if path.exists() else "there is no such file"
         raise StudyError(f"{path}: {what}; give the path of a dataset")
@@ -370,7 +372,7 @@ def _identify(path, read):
     except StudyError:
         raise
     except READING_FAILS as problem:
-        raise StudyError(f"{path}: this cannot be read as netCDF ({problem})") from None
+        raise StudyError(f"{path}: this cannot be read as netCDF ({problem}){why_unlockable(path)}") from None
     version = attributes.get("format_version")
     ours = isinstance(attributes.get("study_id"), str) and isinstance(version, (int, np.integer))
     if not ours:

@@ -5,12 +5,14 @@ believed until the user says that its run has ended. Jobs that compute different
 side by side.
 """
 
+import errno
 import fcntl
 import json
 import os
 import socket
+import stat
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -19,6 +21,7 @@ import psutil
 from studies.errors import StudyError
 from studies.progress import note
 
+STRANGE = "{}: a lock goes there, and this is no file; move it away"
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 PAUSE = 0.02
 
@@ -102,7 +105,9 @@ def _sign(descriptor):
     """Record who holds the lock."""
     os.truncate(descriptor, 0)
     os.pwrite(descriptor, json.dumps(_this_process()).encode(), 0)
-    os.fsync(descriptor)
+    with suppress(OSError):
+        # Who reads it on this machine sees it anyway.
+        os.fsync(descriptor)
 
 
 def _name(part):
@@ -117,7 +122,7 @@ def _conflict(part, other):
 def _seize(path, force):
     """A descriptor of the locked file, which is the one that bears the name."""
     while True:
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        descriptor, ours = _opened(path)
         record = _record(descriptor)
         foreign = record is not None and record["host"] != socket.gethostname()
         locked = _locked(descriptor)
@@ -133,7 +138,46 @@ def _seize(path, force):
         else:
             if record is not None:
                 note(f"took over from process {record['pid']}, which ended before its work was done")
-            return descriptor
+            if ours:
+                return descriptor
+            # What another user left is replaced, while it is locked.
+            _unlink(path)
+            os.close(descriptor)
+
+
+def _opened(path):
+    """A descriptor of the file of a lock, made if it is not there; and whether it can be written to.
+
+    Raises
+    ------
+    StudyError
+        If it cannot even be read, or something else has its name.
+    """
+    # Neither is a link followed nor does a pipe make us wait.
+    flags = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+    try:
+        try:
+            descriptor, ours = os.open(path, flags | os.O_RDWR | os.O_CREAT, 0o666), True
+        except PermissionError:
+            descriptor, ours = os.open(path, flags | os.O_RDONLY), False
+    except OSError as problem:
+        if problem.errno in (errno.ELOOP, errno.EISDIR):
+            raise StudyError(STRANGE.format(path)) from None
+        raise StudyError(f"{path}: this lock cannot be opened ({problem.strerror})") from None
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise StudyError(STRANGE.format(path))
+    return descriptor, ours
+
+
+def _unlink(path):
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as problem:
+        raise StudyError(
+            f"{path}: the run that held this lock has ended, but you cannot remove it ({problem.strerror}); "
+            "ask its owner to"
+        ) from None
 
 
 def _locked(descriptor):

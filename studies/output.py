@@ -3,6 +3,7 @@
 Left out: the shards beside it (`shards`), who may write them now (`lock`).
 """
 
+import errno
 import json
 import os
 import shutil
@@ -10,11 +11,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from studies.errors import StudyError
-from studies.files import identify, opened, written_whole
+from studies.files import (
+    identify,
+    opened,
+    refuse_path,
+    why_unlockable,
+)
 from studies.progress import note
 from studies.provenance import texts
-from studies.shards import folder_of
+from studies.shards import LONGEST_NAME, folder_of
 from studies.study import Study
+from studies.whole_files import temporary_beside, temporary_name, written_whole
 
 
 def is_done(study, out):
@@ -27,6 +34,7 @@ def is_done(study, out):
     """
     out = Path(out)
     folder = out.parent
+    _refuse_names(out)
     if not folder.is_dir():
         raise StudyError(f"{folder}: there is no such folder; create it or choose another output")
     if out.is_dir():
@@ -49,6 +57,43 @@ def is_done(study, out):
     if not os.access(folder, os.W_OK):
         raise StudyError(f"{folder}: this folder cannot be written to; choose another output")
     return False
+
+
+def _refuse_names(out):
+    """Refuse an output beside which not all that a run writes can have a name."""
+    refuse_path(out)
+    target = Path(os.path.realpath(out))
+    for path in (temporary_name(target), folder_of(target) / LONGEST_NAME):
+        try:
+            os.lstat(path)
+        except OSError as problem:
+            if problem.errno == errno.ENAMETOOLONG:
+                raise StudyError(
+                    f"{out}: this is too long for what a run writes beside it, such as {path.name}; "
+                    "choose a shorter output"
+                ) from None
+
+
+def refuse_unwritable(out):
+    """Try in the beginning what would else fail in the end: to write a netCDF file beside the output.
+
+    Raises
+    ------
+    StudyError
+        With the reason.
+    """
+    try:
+        with temporary_beside(Path(os.path.realpath(out))) as temporary:
+            try:
+                with opened(temporary, "w"):
+                    pass
+            except OSError as problem:
+                why = f"{problem.strerror or problem}{why_unlockable(temporary)}"
+                raise StudyError(f"{out}: netCDF cannot write there ({why})") from None
+    except OSError as problem:
+        raise StudyError(
+            f"{out}: nothing can be written there ({problem.strerror}); choose another output"
+        ) from None
 
 
 def is_settled(study, out):

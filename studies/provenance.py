@@ -9,6 +9,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
+from studies.errors import readable_path
 from studies.schema import FORMAT_VERSION
 from studies.study import NUMERICS_VERSION
 
@@ -50,7 +51,7 @@ def describe(study):
         "library_versions": ", ".join(f"{name} {version(name)}" for name in LIBRARIES),
         "numerics_version": NUMERICS_VERSION,
         "host": platform.node(),
-        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+        "command": readable_path(shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]])),
         "platform": f"{sys.platform} {platform.machine()}",
         **_git(),
     }

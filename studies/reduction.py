@@ -3,12 +3,14 @@
 Left out: whether the files are there and intact (`shards`), and agree (`merging`).
 """
 
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from elastica.codes import Stability, Status
+from studies.errors import StudyError
 from studies.evaluate import Scattered, unknown, word_failed
 from studies.events import join_events, write_events
 from studies.files import (
@@ -19,9 +21,9 @@ from studies.files import (
     opened,
     read_labels,
     write_failures,
-    written_whole,
 )
 from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
+from studies.whole_files import written_whole
 
 GROUP_BYTES = 300_000_000
 """Bytes of variables that are copied together, so that each source is opened once for all of them."""
@@ -114,7 +116,7 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
     grid = study.grid
     names = state_labels(study, surveyed)
     labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
-    with written_whole(out) as temporary:
+    with _new_dataset(out) as temporary:
         with opened(temporary, "w") as dataset:
             attributes = attributes | _timing(surveyed.seconds)
             define(dataset, labels, variables(labels, study.outputs), attributes)
@@ -132,6 +134,19 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
             write_failures(dataset, grid.control, sorted((*where, why) for where, why in reasons.items()))
             write_events(dataset, *join_events(events, grid.ends, names))
         _seal(temporary)
+
+
+@contextmanager
+def _new_dataset(out):
+    """`written_whole`, where nobody else may have written meanwhile."""
+    try:
+        with written_whole(out, replaces=False) as temporary:
+            yield temporary
+    except FileExistsError:
+        raise StudyError(
+            f"{out}: this file appeared while the study was computed, and is left as it is; move it away, "
+            "and the same command writes the dataset of what is computed, all of which is kept"
+        ) from None
 
 
 def state_labels(study, surveyed):

@@ -21,7 +21,7 @@ from studies.errors import FailedPoints, StudyError
 from studies.files import open
 from studies.known import gaps, lend
 from studies.lock import sole_writer
-from studies.output import is_done, is_settled, settle
+from studies.output import is_done, is_settled, refuse_unwritable, settle
 from studies.plan import Plan, readable_bytes, readable_time
 from studies.progress import note, progress
 from studies.provenance import describe
@@ -31,12 +31,13 @@ from studies.shards import (
     PROBE,
     discard_parts,
     find_shards,
-    folder_of,
+    make_folder,
     remove_folder,
     remove_shards,
     tell_of_others,
 )
 from studies.study import NUMERICS_VERSION, Study
+from studies.whole_files import discard_temporaries
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -193,8 +194,8 @@ def _present(plan, folder):
 @contextmanager
 def _working_folder(plan, out, part, force_unlock):
     """The folder of the shards, ours alone, and the plan of what is to be computed there."""
-    folder = folder_of(out).resolve()
-    folder.mkdir(exist_ok=True)
+    refuse_unwritable(out)
+    folder = make_folder(out)
     own = None
     if part is not None:
         # Others may be writing the shards of theirs.
@@ -202,6 +203,7 @@ def _working_folder(plan, out, part, force_unlock):
         plan = replace(plan, blocks=own)
     try:
         with sole_writer(folder, part, force_unlock):
+            discard_temporaries(out)
             discard_parts(folder, own)
             tell_of_others(folder, plan.identity)
             try:

@@ -21,27 +21,27 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
+from studies.errors import StudyError
 from studies.events import write_events
 from studies.files import (
     ACCESS,
-    PART,
     READING_FAILS,
     define,
     opened,
     reading_limit,
-    sync,
-    temporary_beside,
     write_failures,
 )
 from studies.progress import note
 from studies.provenance import decisive_versions
 from studies.sandbox import Lost, call
 from studies.schema import FORMAT_VERSION, coordinates, per_state
+from studies.whole_files import PART, sync, temporary_beside
 
 NAME = re.compile(
     r"(?P<place>[0-9]{6,}(-[0-9]{6,}){4})(\.(?P<owner>[0-9a-f]{16}))?\.(?P<seal>[0-9a-f]{32})\.nc"
 )
 """Of a shard; those of the first release have no owner."""
+LONGEST_NAME = f"{'-'.join(['0' * 7] * 5)}.{'0' * 16}.{'0' * 32}.nc"
 PROBE = ".probe-"
 """Files by which workers prove that they see the folder."""
 OF_CLUSTER = ".certificates-"
@@ -49,8 +49,28 @@ OF_CLUSTER = ".certificates-"
 
 
 def folder_of(out):
-    """Folder of the shards of an output file."""
-    return Path(f"{out}.shards")
+    """Folder of the shards of an output file, the same by whichever link it is called."""
+    return Path(f"{os.path.realpath(out) if os.path.islink(out) else out}.shards")
+
+
+def make_folder(out):
+    """The folder of the shards of an output file, made if it is not there.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be made, or not written to.
+    """
+    folder = folder_of(out)
+    try:
+        folder.mkdir(exist_ok=True)
+    except FileExistsError:
+        raise StudyError(f"{folder}: the shards go there, and this is no folder; move it away") from None
+    if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
+        raise StudyError(
+            f"{folder}: you may not write there; ask its owner to allow it, or choose another output"
+        )
+    return folder.resolve()
 
 
 def owner_of(identity):

@@ -14,7 +14,8 @@ from studies.accuracy.measure import dataset
 from studies.accuracy.report import figure, markdown
 from studies.accuracy.scenes import scenes
 from studies.errors import StudyError
-from studies.files import ACCESS, written_whole
+from studies.files import ACCESS
+from studies.whole_files import written_whole
 
 
 @dataclass

@@ -68,7 +68,8 @@ def run(
     from studies.known import lend
     from studies.output import is_settled
     from studies.plan import Plan
-    from studies.runner import Policy, compute, folder_of
+    from studies.runner import Policy, compute
+    from studies.shards import folder_of
     from studies.study import Study
 
     study = Study.from_toml(study)
