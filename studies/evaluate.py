@@ -18,6 +18,7 @@ from elastica.codes import Status
 from elastica.ends import parse_ends
 from elastica.solution import Solution, solve
 from elastica.states import is_canonical, parse_state
+from studies.errors import StudyError
 from studies.schema import PER_CONTACT, VARIABLES, coordinates, per_state
 
 PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
@@ -250,6 +251,9 @@ def survive(compute, names, points):
         points, names = parts.pop()
         try:
             pieces = compute(names, points)
+        except StudyError:
+            # That there is nothing to solve with is no matter of the point.
+            raise
         except Exception as problem:  # Whatever went wrong is recorded with the point.
             if points.size > 1:
                 parts += [(half, names) for half in np.array_split(points, 2)[::-1]]

@@ -7,7 +7,6 @@ from end_to_end.processes import elastica, poisoned
 import studies
 from elastica import Status
 from studies.files import identify
-from studies.sandbox import Lost, call
 
 POINT = ("clamped-pinned", 0.12, 1.8)
 REASONS = {
@@ -74,17 +73,3 @@ def test_a_point_that_was_not_recorded_is_solved_when_the_cause_is_gone(toml, tm
     assert stopped.returncode == 3
     assert elastica("run", toml, cwd=tmp_path).returncode == 0
     assert identify(tmp_path / "small.nc")["content_hash"] == identify(dataset_file)["content_hash"]
-
-
-def test_a_call_that_loses_its_process_says_how_and_the_next_one_is_served():
-    import os
-    import time
-
-    assert call(len, "four", limit=60) == 4
-    with pytest.raises(Lost, match="status 5"):
-        call(os._exit, 5, limit=60)
-    with pytest.raises(Lost, match=r"no answer within 0\.5 s"):
-        call(time.sleep, 30, limit=0.5)
-    with pytest.raises(ZeroDivisionError):
-        call(divmod, 1, 0, limit=60)
-    assert call(len, "seven", limit=60) == 5
