@@ -55,5 +55,7 @@ def __getattr__(name: str) -> Any:
     """Import on first use: solving one state must not wait for dask, xarray and matplotlib."""
     if name not in _HOME:
         raise AttributeError(f"module 'studies' has no attribute {name!r}")
+    if name != "StudyError":
+        import_module("studies.errors").refuse_windows()
     home = import_module(f"studies.{_HOME[name]}")
     return home if name == _HOME[name] else getattr(home, name)

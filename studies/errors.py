@@ -1,6 +1,7 @@
 """The error that a user sees as one sentence, and how values are shown in it."""
 
 import os
+import sys
 
 MOST_SHOWN = 60
 """Characters of a value in a sentence."""
@@ -16,6 +17,20 @@ class FailedPoints(StudyError):
 
 class UnfitWorker(Exception):
     """A worker that cannot compute a study: its address, and why."""
+
+
+def refuse_windows():
+    """Refuse a system whose processes and locks are not those that runs rely on.
+
+    Raises
+    ------
+    StudyError
+    """
+    if sys.platform == "win32":
+        raise StudyError(
+            "studies and the command `elastica` need Linux, macOS or, on Windows, WSL (wsl --install); "
+            "`import elastica` in Python solves states here too"
+        )
 
 
 def shown(value):

@@ -19,6 +19,7 @@ import numpy as np
 import psutil
 
 from studies.errors import StudyError, readable_path
+from studies.kinds import MOST_NEEDED, refuse_other
 from studies.sandbox import Lost, call
 from studies.schema import COORDINATES, FORMAT_VERSION, TRANSITIONS_FAILED
 from studies.structure import MEANING, fault
@@ -346,6 +347,8 @@ def identify(path, read=()):
     if not path.is_file():
         what = "this is no file" if path.exists() else "there is no such file"
         raise StudyError(f"{path}: {what}; give the path of a dataset")
+    with path.open("rb") as stream:
+        refuse_other("dataset", path, stream.read(MOST_NEEDED))
     try:
         return call(_identify, path, read, limit=reading_limit(path))
     except Lost as problem:

@@ -7,7 +7,6 @@ Left out: what each table of the file may hold (`tables`), how the work is divid
 import hashlib
 import json
 import re
-import tomllib
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -19,7 +18,9 @@ from elastica.states import parse_state, states
 from elastica.transitions import LARGEST_P
 from studies.errors import MOST_SHOWN, StudyError, shown
 from studies.evaluate import Task
+from studies.kinds import refuse_other
 from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
+from studies.toml import LARGEST_FILE, read_toml
 
 if TYPE_CHECKING:
     from studies.plan import Plan
@@ -109,15 +110,12 @@ class Study(Table):
         """
         path = Path(path)
         try:
-            content = tomllib.loads(path.read_text(encoding="utf-8"))
+            with path.open("rb") as stream:
+                content = stream.read(LARGEST_FILE + 1)
         except OSError as problem:
             raise StudyError(f"{path}: {problem.strerror}; give the path of a study file") from None
-        except (ValueError, RecursionError) as problem:
-            reason = str(problem).splitlines()[0]
-            if len(reason) > 2 * MOST_SHOWN:  # The end says where.
-                reason = f"{reason[:MOST_SHOWN]}…{reason[-MOST_SHOWN:]}"
-            raise StudyError(f"{path}: this is no TOML file ({reason}); mend or replace it") from None
-        return cls.from_dict(content, path)
+        refuse_other("study", path, content)
+        return cls.from_dict(read_toml(content, path), path)
 
     @classmethod
     def from_dict(cls, content: dict[str, Any], path: str | Path = "study") -> Self:

@@ -2,20 +2,20 @@
 
 import signal
 import sys
-from pathlib import Path
 
 import click
 
 from studies.command_line.group import INTERRUPTED, main
+from studies.command_line.options import NUMBER, Output
 
 
 @main.command()
-@click.option("-o", "--output", type=click.Path(path_type=Path), default=".", help="Folder of the report.")
+@click.option("-o", "--output", type=Output(), default=".", help="Folder of the report.")
 @click.option("--quick", is_flag=True, help="Fewer settings and repeats: less than a minute.")
 @click.option("--method", "names", multiple=True, help="Only this method; may be repeated. Default: all.")
 @click.option(
     "--scale",
-    type=float,
+    type=NUMBER,
     metavar="POINTS",
     help="Instead: time, memory and bytes of whole studies of 1,000 to so many grid points, such as 1e6.",
 )

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from studies.command_line.group import BAD_INPUT, main
-from studies.command_line.options import FILE, JSON
+from studies.command_line.options import FILE, JSON, NUMBER, Choice
 
 FOLDER = click.option(
     "--catalog",
@@ -39,10 +39,10 @@ def list_all(folder, as_json):
 @catalog.command()
 @click.option("--ends", metavar="A-B|A/B", help="End conditions, such as clamped-pinned.")
 @click.option("--state", help="Name of a state that is solved somewhere, such as UD.")
-@click.option("--H", "H", type=float, help="Half gap between the first and the last of the dataset.")
-@click.option("--P", "P", type=float, help="Likewise a thrust, where thrusts are prescribed.")
-@click.option("--shortening", type=float, help="Likewise a shortening, where shortenings are prescribed.")
-@click.option("--method", type=click.Choice(["exact", "chain"]))
+@click.option("--H", "H", type=NUMBER, help="Half gap between the first and the last of the dataset.")
+@click.option("--P", "P", type=NUMBER, help="Likewise a thrust, where thrusts are prescribed.")
+@click.option("--shortening", type=NUMBER, help="Likewise a shortening, where shortenings are prescribed.")
+@click.option("--method", type=Choice(["exact", "chain"]))
 @FOLDER
 @JSON
 def find(folder, as_json, **query):
@@ -68,7 +68,7 @@ def _show(catalog, as_json):
             | entry.model_dump(mode="json", exclude_none=True)
             for name, entry in catalog.entries.items()
         ]
-        click.echo(json.dumps(rows, ensure_ascii=False))
+        click.echo(json.dumps(rows))
         return
     for name, entry in catalog.entries.items():
         about = f"{entry.bytes / 1e6:.2g} MB, {entry.solve['method']}, {entry.date_created[:10]}"

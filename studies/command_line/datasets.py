@@ -1,12 +1,11 @@
 """Subcommands that look at a dataset: check, plot."""
 
 import sys
-from pathlib import Path
 
 import click
 
 from studies.command_line.group import BAD_INPUT, main
-from studies.command_line.options import FILE, writable
+from studies.command_line.options import FILE, NUMBER, NUMBERS, STATES, Choice, Output, several, writable
 
 
 @main.command()
@@ -34,19 +33,17 @@ def check(file, sample):
 
 @main.command()
 @FILE
-@click.option(
-    "--kind", type=click.Choice(["chart", "bifurcation", "shapes"]), default="chart", show_default=True
-)
+@click.option("--kind", type=Choice(["chart", "bifurcation", "shapes"]), default="chart", show_default=True)
 @click.option("--show", help="Chart: stable, preferred, count or a variable; bifurcation: a quantity.")
-@click.option("--state", "states", multiple=True, help="State, or several; of a chart, whose variable.")
-@click.option("--H", "H", type=float, help="Half gap of a bifurcation diagram or of shapes.")
-@click.option("--P", "loads", type=float, multiple=True, help="Load of shapes, or several.")
-@click.option("--shortening", "shortenings", type=float, multiple=True, help="Or shortening of shapes.")
+@several("--state", "states", kind=STATES, help="State, or several; of a chart, whose variable.")
+@click.option("--H", "H", type=NUMBER, help="Half gap of a bifurcation diagram or of shapes.")
+@several("--P", "loads", kind=NUMBERS, help="Load of shapes, or several.")
+@several("--shortening", "shortenings", kind=NUMBERS, help="Or shortening of shapes.")
 @click.option("--ends", help="End condition of shapes.  [default: the first]")
 @click.option(
     "-o",
     "--output",
-    type=click.Path(path_type=Path),
+    type=Output(),
     help="PNG, PDF or SVG; default: beside the file.",
 )
 def plot(file, kind, output, **options):

@@ -1,6 +1,11 @@
 """The `elastica` command itself: how it reports bad input, and its exit status."""
 
+import sys
+
 import click
+
+from studies.command_line.options import Command
+from studies.errors import FailedPoints, StudyError, refuse_windows
 
 BAD_INPUT = 2
 FAILED_POINTS = 3
@@ -10,11 +15,21 @@ INTERRUPTED = 130
 class Group(click.Group):
     """Report bad input as one sentence with exit status 2."""
 
+    command_class = Command
+    group_class = type
+
+    def main(self, *arguments, **settings):
+        """Run the command as its arguments say."""
+        for stream in (sys.stdout, sys.stderr):
+            # What a terminal or a locale cannot show must not stop the command; there may be no stream.
+            if hasattr(stream, "reconfigure"):
+                stream.reconfigure(errors="backslashreplace")
+        return super().main(*arguments, **settings)
+
     def invoke(self, ctx):
         """Run a subcommand."""
-        from studies.errors import FailedPoints, StudyError
-
         try:
+            refuse_windows()
             return super().invoke(ctx)
         except BrokenPipeError:
             raise

@@ -4,42 +4,52 @@ import json
 import math
 import warnings
 from contextlib import contextmanager
+from itertools import product
 
 import click
 
 from studies.command_line.group import main
-from studies.command_line.options import JSON
+from studies.command_line.options import END_CONDITIONS, JSON, NUMBER, NUMBERS, STATES, Choice, several
 
-ENDS = click.option(
+FIELDS = [
+    *("curvature", "energy", "bending_energy", "shortening", "flat_length", "max_slope", "clearance"),
+    *("reaction", "contact_position", "lam", "lengths", "error"),
+]
+
+ENDS = several(
     "--ends",
+    kind=END_CONDITIONS,
     default="clamped-clamped",
     show_default=True,
-    metavar="A-B|A/B",
     help="Each end clamped, pinned or a spring constant k*L/(4π²EI).",
 )
-LOAD = click.option("--P", "P", type=float, help="Thrust P*L²/(4π²EI).")
-SHORTENING = click.option("--shortening", type=float, help="Approach of the ends ΔL*/L, instead of --P.")
+LOAD = several("--P", "loads", kind=NUMBERS, help="Thrust P*L²/(4π²EI).")
+SHORTENING = several(
+    "--shortening", "shortenings", kind=NUMBERS, help="Approach of the ends ΔL*/L, instead of --P."
+)
+REACH = 0.5
+"""A strip of length one never comes so far from the line of its ends."""
 
 
-def _point(P, shortening, H):
-    """What is prescribed at a point, by name."""
+def _points(loads, shortenings, gaps):
+    """What is prescribed at every point, by name."""
     from studies.errors import StudyError
 
-    if (P is None) == (shortening is None):
+    if bool(loads) == bool(shortenings):
         raise StudyError("give either --P or --shortening: one is prescribed, the other follows")
-    if H is None:
+    if not gaps:
         raise StudyError("--H is missing; give a half gap, such as --H 0.1")
-    return {"P": P, "shortening": shortening, "H": H}
+    for H in gaps:
+        if REACH <= H < math.inf:
+            _warn(
+                f"H = {H:g}: such a wall is never touched; H is half the gap over the length, below {REACH:g}"
+            )
+    control, values = ("P", loads) if loads else ("shortening", shortenings)
+    return [{control: value, "H": H} for H in gaps for value in values]
 
 
-def _profile(text):
-    """The numbers of a stiffness profile."""
-    from studies.errors import StudyError
-
-    try:
-        return [float(number) for number in text.split(",")]
-    except ValueError:
-        raise StudyError(f"--stiffness {text}: give numbers with commas between, such as 1,0.5,1") from None
+def _warn(text):
+    click.echo(f"Warning: {text}", err=True)
 
 
 @contextmanager
@@ -54,65 +64,74 @@ def _mechanics():
 
 
 @main.command()
-@click.option("--state", required=True, help="Name such as 0, B1, U, Ua, U-, UD:2.")
+@several("--state", "names", kind=STATES, required=True, help="Name such as 0, B1, U, Ua, U-, UD:2.")
 @ENDS
 @LOAD
 @SHORTENING
-@click.option("--H", "H", type=float, required=True, help="Half gap H*/L.")
+@several("--H", "gaps", kind=NUMBERS, required=True, help="Half gap H*/L.")
 @click.option("--eigenvalues", type=click.IntRange(min=0, max=100), default=4, show_default=True)
 @JSON
-@click.option("--method", type=click.Choice(["exact", "chain"]), default="exact", show_default=True)
+@click.option("--method", type=Choice(["exact", "chain"]), default="exact", show_default=True)
 @click.option("--links", type=int, help="Links of the chain.  [default: 400]")
-@click.option("--clamp", type=click.Choice(["consistent", "published"]), help="Setting of the chain.")
-@click.option(
-    "--stiffness", metavar="EI,EI,…", help="Stiffness of the chain, equidistant along it, such as 1,0.5,1."
-)
-def solve(state, ends, P, shortening, H, eigenvalues, as_json, method, links, clamp, stiffness):
-    """Solve one state at one point."""
+@click.option("--clamp", type=Choice(["consistent", "published"]), help="Setting of the chain.")
+@several("--stiffness", kind=NUMBERS, help="Stiffness of the chain, equidistant along it, such as 1,0.5,1.")
+def solve(names, ends, loads, shortenings, gaps, eigenvalues, as_json, **method):
+    """Solve states at points: each of the states, ends and points that are named.
+
+    Prints one block a state and point, or with --json an object, a list of them if there are several.
+    """
+    method = {name: value for name, value in method.items() if value not in (None, ())}
+    answers = [
+        _answer(name, held, point, eigenvalues, method)
+        for name, held, point in product(names, ends, _points(loads, shortenings, gaps))
+    ]
+    if as_json:
+        _print_json(answers if len(answers) > 1 else answers[0])
+        return
+    click.echo("\n\n".join(map(_in_words, answers)))
+
+
+def _answer(name, ends, point, eigenvalues, method):
+    """What is known of a state at a point, by name."""
     from elastica.codes import Stability, Status
     from elastica.solution import solve as solve_state
     from studies.errors import StudyError
 
-    point = _point(P, shortening, H)
-    chain = {"links": links, "clamp": clamp, "stiffness": stiffness and _profile(stiffness)}
-    chain = {name: value for name, value in chain.items() if value is not None}
     with _mechanics(), warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", UserWarning)
-        solution = solve_state(state, ends=ends, method=method, **chain, **point)
+        solution = solve_state(name, ends=ends, **method, **point)
     for doubt in doubts:
-        click.echo(f"Warning: {doubt.message}", err=True)
+        _warn(doubt.message)
     if solution.reasons:
         raise StudyError(solution.reasons[0])
-    fields = (
-        "curvature energy bending_energy shortening flat_length max_slope clearance reaction "
-        "contact_position lam lengths error"
-    )
     answer = {
         "state": solution.state.name,
         "ends": str(solution.ends),
         "control": solution.control,
         "P": float(solution.P),
-        "H": H,
+        "H": point["H"],
         "status": Status(int(solution.status)).name.lower(),
         "stability": Stability(int(solution.stability)).name.lower(),
         "index": int(solution.index),
         "nullity": int(solution.nullity),
-        **{name: getattr(solution, name).tolist() for name in fields.split()},
+        **{field: getattr(solution, field).tolist() for field in FIELDS},
     }
     if solution.periods.any():
         answer["periods"] = solution.periods.tolist()
     if eigenvalues:
         answer["eigenvalues"] = solution.eigenvalues(eigenvalues).tolist()
-    if as_json:
-        click.echo(json.dumps(_without_nan(answer)))
-        return
+    return answer
+
+
+def _in_words(answer):
+    """An answer as lines, without what does not exist."""
+    lines = []
     for name, value in answer.items():
         values = value if isinstance(value, list) else [value]
-        if values and all(v != v for v in values):
-            continue
-        text = " ".join(f"{v:.12g}" if isinstance(v, float) else str(v) for v in values)
-        if text:
-            click.echo(f"{name:<17} {text}")
+        if values and not all(v != v for v in values):
+            text = " ".join(f"{v:.12g}" if isinstance(v, float) else str(v) for v in values)
+            lines.append(f"{name:<17} {text}")
+    return "\n".join(lines)
 
 
 @main.command()
@@ -120,62 +139,97 @@ def solve(state, ends, P, shortening, H, eigenvalues, as_json, method, links, cl
 @click.option("--max-contacts", type=int, default=3, show_default=True, help="From 0 to 10.")
 @LOAD
 @SHORTENING
-@click.option("--H", "H", type=float, help="Half gap H*/L.")
+@several("--H", "gaps", kind=NUMBERS, help="Half gap H*/L.")
 @JSON
-def states(ends, max_contacts, P, shortening, H, as_json):
+def states(ends, max_contacts, loads, shortenings, gaps, as_json):
     """List the names of states; with --H and --P or --shortening, the equilibria there."""
-    from elastica.catalogue import COLUMNS, find_states
-    from elastica.codes import Stability, Status
+    from elastica.catalogue import find_states
     from elastica.states import states as names_of_states
     from studies.errors import StudyError
 
-    if P is None and shortening is None and H is None:
+    if not (loads or shortenings or gaps):
         with _mechanics():
-            names = names_of_states(ends, max_contacts)
+            names = [name for held in ends for name in names_of_states(held, max_contacts)]
+        names = list(dict.fromkeys(names))
         click.echo(json.dumps(names) if as_json else "\n".join(names))
         return
-    point = _point(P, shortening, H)
-    with _mechanics():
-        found = find_states(ends=ends, max_contacts=max_contacts, **point)
-    if found.reasons:
-        raise StudyError(found.reasons[0])
-    if not as_json:
-        click.echo(str(found))
-        return
-    rows = [
-        {"state": str(found.state[row]), **{name: getattr(found, name)[row].tolist() for name in COLUMNS}}
-        for row in range(len(found))
-    ]
-    for row in rows:
-        row["stability"] = Stability(row["stability"]).name.lower()
-        row["status"] = Status(row["status"]).name.lower()
-    click.echo(json.dumps(_without_nan(rows)))
+    rows, tables = [], []
+    asked = list(product(ends, _points(loads, shortenings, gaps)))
+    for held, point in asked:
+        with _mechanics():
+            found = find_states(ends=held, max_contacts=max_contacts, **point)
+        if found.reasons:
+            raise StudyError(found.reasons[0])
+        rows += _rows_of_states(found, held) if as_json else []
+        tables.append(_headed(str(found), f"{held}", len(ends) > 1))
+    if as_json:
+        _print_json(rows)
+    else:
+        click.echo("\n\n".join(tables))
+
+
+def _rows_of_states(found, ends):
+    from elastica.catalogue import COLUMNS
+    from elastica.codes import Stability, Status
+
+    for row in range(len(found)):
+        values = {name: getattr(found, name)[row].tolist() for name in COLUMNS}
+        yield {
+            "state": str(found.state[row]),
+            "ends": ends,
+            **values,
+            "stability": Stability(values["stability"]).name.lower(),
+            "status": Status(values["status"]).name.lower(),
+        }
+
+
+def _headed(table, heading, several):
+    """A table, under a heading if there are several."""
+    return f"{heading}\n{table}" if several else table
 
 
 @main.command()
-@click.option("--state", required=True, help="Name such as U, Ua, U-, UD.")
+@several("--state", "names", kind=STATES, required=True, help="Name such as U, Ua, U-, UD.")
 @ENDS
-@click.option("--H", "H", type=float, multiple=True, required=True, help="Half gap H*/L; may be repeated.")
-@click.option("--control", type=click.Choice(["P", "shortening"]), default="P", show_default=True)
-@click.option("--P-max", "P_max", type=float, default=12.0, show_default=True, help="Events up to this load.")
+@several("--H", "gaps", kind=NUMBERS, required=True, help="Half gap H*/L.")
+@click.option("--control", type=Choice(["P", "shortening"]), default="P", show_default=True)
+@click.option(
+    "--P-max", "P_max", type=NUMBER, default=12.0, show_default=True, help="Events up to this load."
+)
 @JSON
-def transitions(state, ends, H, control, P_max, as_json):
-    """List where a state begins and ends, and where its stability changes."""
-    from elastica.codes import Event
+def transitions(names, ends, gaps, control, P_max, as_json):
+    """List where states begin and end, and where their stability changes."""
     from elastica.transitions import transitions as events_of
 
-    with _mechanics():
-        events = events_of(state, H, ends, control, P_max)
-    if not as_json:
-        click.echo(str(events) if len(events) else f"{state}: no event up to P = {P_max:g}")
-        return
+    rows, tables = [], []
+    asked = list(product(names, ends))
+    for name, held in asked:
+        with _mechanics():
+            events = events_of(name, gaps, held, control, P_max)
+        rows += _rows_of_events(events, held) if as_json else []
+        table = str(events) if len(events) else f"{name}: no event up to P = {P_max:g}"
+        tables.append(_headed(table, f"{name} {held}", len(asked) > 1))
+    if as_json:
+        _print_json(rows)
+    else:
+        click.echo("\n\n".join(tables))
+
+
+def _rows_of_events(events, ends):
+    from elastica.codes import Event
+
     columns = ["H", "P", "shortening", "state", "other_state", "event", "index_before", "index_after"]
-    rows = [{name: getattr(events, name)[row].tolist() for name in columns} for row in range(len(events))]
-    click.echo(json.dumps([row | {"event": Event(row["event"]).name.lower()} for row in rows]))
+    for row in range(len(events)):
+        values = {name: getattr(events, name)[row].tolist() for name in columns}
+        yield {"ends": ends, **values, "event": Event(values["event"]).name.lower()}
+
+
+def _print_json(value):
+    """JSON has neither NaN nor infinity: what does not exist or is not known is null."""
+    click.echo(json.dumps(_without_nan(value)))
 
 
 def _without_nan(value):
-    """JSON has neither NaN nor infinity: what does not exist or is not known is null."""
     if isinstance(value, dict):
         return {name: _without_nan(item) for name, item in value.items()}
     if isinstance(value, list):

@@ -9,7 +9,7 @@ import click
 
 from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main
-from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, writable
+from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Choice, Output, writable
 
 
 class Part(click.ParamType):
@@ -32,13 +32,13 @@ class Part(click.ParamType):
 @click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
 @click.option(
     "--cluster",
-    type=click.Choice(list(QUEUES)),
+    type=Choice(list(QUEUES)),
     help="Submit --workers N as jobs, described in dask's jobqueue.yaml.",
 )
 @click.option("--shard", type=Part(), help="Compute part i of n only; `reduce` joins the parts.")
 @click.option(
     "--on-error",
-    type=click.Choice(["record", "raise"]),
+    type=Choice(["record", "raise"]),
     default="record",
     show_default=True,
     help="Record a point that fails and go on, or stop there.",
@@ -110,7 +110,7 @@ def run(
 
 @main.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="A.nc B.nc …")
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True)
+@click.option("-o", "--output", type=Output(), required=True)
 @click.pass_context
 def merge(ctx, files, output):
     """Join datasets of the same numerics along ends, H, what is prescribed, and states."""

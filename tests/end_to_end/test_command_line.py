@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from itertools import product
 
 import pytest
 from click.testing import CliRunner
@@ -63,6 +64,10 @@ def test_solving_one_state_loads_nothing_heavy():
     assert run.stdout.strip() == "[]"
 
 
+def invoke_with(encoding, *arguments):
+    return CliRunner(charset=encoding).invoke(main, [str(argument) for argument in arguments])
+
+
 def invoke(*arguments):
     return CliRunner().invoke(main, [str(argument) for argument in arguments])
 
@@ -77,7 +82,24 @@ def invoke(*arguments):
             ("solve", "--state", "U", "--P", 1, "--H", 0.1, "--ends", "free-free"),
             'write "A-B" or "A/B"',
         ),
-        (("solve", "--state", "U", "--P", "x", "--H", 0.1), "'x' is not a valid float"),
+        (("solve", "--state", "U", "--P", "x", "--H", 0.1), "'x' is not a number; write one such as 0.1"),
+        (("solve", "--state", "u", "--P", 1, "--H", 0.1), "state = 'u' is not known (did you mean 'U'?)"),
+        (("solve", "--state", "U", "--P", "1,x", "--H", 0.1), "'--P': 'x' is not a number"),
+        (("solve", "--state", "U", "--P", 1, "x", "--H", 0.1), "'--P': 'x' is not a number"),
+        (("solve", "--state", "U", "--P", ",", "--H", 0.1), "'--P': a value is missing"),
+        (("solve", "--state", "--P", 1), "--state needs a value; write it before --P"),
+        (("solve", "--eigenvalues", 1, 2), "--eigenvalues takes one value; leave out '2'"),
+        (("solve", "--eigenvalues", 1, "--eigenvalues", 2), "--eigenvalues is given twice; give it once"),
+        (("solve", "--method", "Exact"), "'Exact' is not known (did you mean 'exact'?); use exact, chain"),
+        (("plot", "x.nc", "--kind", "shape"), "'shape' is not known (did you mean 'shapes'?)"),
+        (("plot", "x.nc", "--kind", "bifurcation", "--H", "0.1,0.2"), "more than one value; give one here"),
+        (("plot", "x.nc", "--kind", "bifurcation", "--H", "0.1", "0.2"), "takes one value; leave out '0.2'"),
+        (("catalog", "find", "--P", "1,2"), "'1,2' is more than one value; give one here"),
+        (("sovle",), "No such command 'sovle'. Did you mean 'solve'?"),
+        (("solve", "--stat", "U"), "No such option '--stat'. Did you mean '--state'?"),
+        (("run", "x.toml", "-o", r"C:\x.nc"), "is a path of Windows; here folders are divided by /"),
+        (("merge", "x.nc", "-o", r"out\x.nc"), "is a path of Windows; here folders are divided by /"),
+        (("plot", "x.nc", "-o", "C:/x.png"), "is a path of Windows; here folders are divided by /"),
         (
             ("solve", "--state", "U", "--P", 1, "--shortening", 0.1, "--H", 0.1),
             "give either --P or --shortening",
@@ -108,6 +130,115 @@ def test_bad_input_is_one_sentence_and_exit_status_two(arguments, message, tmp_p
     assert message in result.output
     assert "Traceback" not in result.output
     assert list(tmp_path.iterdir()) == []
+
+
+def test_several_values_after_commas_spaces_or_the_option_again():
+    point = ("solve", "--state", "U", "U-", "--H", 0.1, "--json")
+    after_commas = invoke(*point, "--P", "2.5, 4.5").output
+    answers = json.loads(after_commas)
+    assert [(answer["state"], answer["P"]) for answer in answers] == list(product(("U", "U-"), (2.5, 4.5)))
+    assert [answer["stability"] for answer in answers] == [
+        "stable",
+        "unstable",
+        "not_solved",
+        "unstable_third_order",
+    ]
+    assert invoke(*point, "--P", 2.5, 4.5).output == after_commas
+    assert invoke(*point, "--P", 2.5, "--P", 4.5).output == after_commas
+    assert invoke(*point, "--P=2.5", "4.5").output == after_commas
+    one = invoke("solve", "--state", "U", "--H", 0.1, "--P", 2.5).output
+    two = invoke("solve", "--state", "U", "--H", 0.1, "--P", 2.5, 4.5).output
+    assert two.startswith(one)
+    assert two.count("stability") == 2
+
+
+def test_several_values_of_states_and_transitions():
+    ends = ("--ends", "clamped-clamped", "pinned-pinned")
+    names = invoke("states", *ends, "--max-contacts", 1).output.split()
+    assert len(names) == len(set(names))
+    assert {"U-", "Ua-"} < set(names)
+    rows = json.loads(invoke("states", *ends, "--P", "2,6", "--H", 0.1, "--json").output)
+    assert {(row["ends"], row["P"]) for row in rows} == set(product(ends[1:], (2.0, 6.0)))
+    assert invoke("states", *ends, "--P", "2,6", "--H", 0.1).output.count("clamped-clamped") == 2
+    found = invoke("transitions", "--state", "U,UD", *ends, "--H", "0.05", 0.1, "--json").output
+    rows = json.loads(found)
+    asked = product(("U", "UD"), ends[1:], (0.05, 0.1))
+    assert {(row["state"], row["ends"], row["H"]) for row in rows} == set(asked)
+
+
+def test_values_of_an_option_do_not_swallow_the_file(dataset_file, tmp_path):
+    picture = tmp_path / "shapes.png"
+    options = ("--kind", "shapes", "--H", 0.1, "--ends", "clamped-clamped")
+    for arguments in ((*options, "--P", 2, 4, dataset_file), (dataset_file, *options, "--P", "2,4")):
+        result = invoke("plot", *arguments, "-o", picture)
+        assert result.exit_code == 0, result.output
+
+
+def test_a_wall_that_is_never_touched_is_told():
+    result = invoke("solve", "--state", "U", "--P", 2.5, "--H", 10)
+    assert result.exit_code == 0
+    assert "H = 10: such a wall is never touched; H is half the gap over the length" in result.stderr
+    assert "no_equilibrium" in result.stdout
+
+
+KINDS = {"a.toml": b"[study]\n", "b.nc": b"\x89HDF\r\n\x1a\n", "c.nc": b"CDF\x01", "d.png": b"\x89PNG"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("plot", "a.toml"), "a.toml: this is a study, not a dataset; compute it: elastica run a.toml"),
+        (("check", "a.toml"), "a.toml: this is a study, not a dataset; compute it: elastica run a.toml"),
+        (("merge", "a.toml", "-o", "x.nc"), "a.toml: this is a study, not a dataset; compute it"),
+        (
+            ("catalog", "add", "a.toml", "--catalog", "."),
+            "a.toml: this is a study, not a dataset; compute it",
+        ),
+        (("run", "b.nc"), "b.nc: this is a dataset, not a study; give its study; elastica check b.nc says"),
+        (("plan", "c.nc"), "c.nc: this is a dataset, not a study; give its study; elastica check c.nc says"),
+        (("reduce", "b.nc"), "b.nc: this is a dataset, not a study"),
+        (("check", "d.png"), "d.png: this is a figure, not a dataset; give the path of a dataset"),
+        (("run", "d.png"), "d.png: this is a figure, not a study; give the path of a study"),
+    ],
+)
+def test_a_file_of_another_kind_is_told_as_such(arguments, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name, content in KINDS.items():
+        (tmp_path / name).write_bytes(content)
+    result = invoke(*arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(KINDS)
+
+
+def test_windows_is_told_in_one_sentence():
+    code = (
+        "import sys; sys.modules |= dict.fromkeys(['fcntl', 'resource', 'pwd', 'grp', 'termios'])\n"
+        "import studies; from studies.command_line import main; sys.platform = 'win32'\n"
+        "try: studies.run\n"
+        "except studies.StudyError as problem: print(problem)\n"
+        "main(['solve', '--state', 'U', '--P', '2', '--H', '0.1'])"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert "need Linux, macOS or, on Windows, WSL" in run.stdout
+    assert (run.returncode, run.stderr) == (2, f"Error: {run.stdout}")
+
+
+@pytest.mark.parametrize("encoding", ["latin-1", "ascii", "cp1252"])
+def test_a_locale_that_cannot_show_everything_stops_nothing(encoding, dataset_file, toml, tmp_path):
+    toml.write_text(toml.read_text().replace('title = "', 'title = "κ → 90° '), encoding="utf-8")
+    commands = [
+        ("solve", "--help"),
+        ("check", dataset_file, "--sample", 1),
+        ("catalog", "list", "--catalog", tmp_path),
+        ("plan", toml),
+        ("states", "--P", 2, "--H", 0.1),
+        ("transitions", "--state", "U", "--H", 0.1),
+        ("plan", "κ.toml"),
+    ]
+    for command in commands:
+        result = invoke_with(encoding, *command)
+        assert (result.exit_code, "Traceback" in result.output) == (2 * ("κ.toml" in command), False)
 
 
 def test_solve_at_a_shortening_gives_the_load():

@@ -188,6 +188,60 @@ def test_files_that_are_no_toml(tmp_path, text):
         Study.from_toml(path)
 
 
+SMALL = """[study]
+name = "small"
+title = "Für κ → 1"
+[grid]
+ends = "clamped-clamped"
+H = 0.1
+P = [1, 2]
+[states]
+max_contacts = 1
+"""
+
+
+def test_the_mark_that_some_editors_begin_with_is_no_part_of_a_study(tmp_path):
+    plain, marked, dos = (tmp_path / name for name in ("plain.toml", "marked.toml", "dos.toml"))
+    plain.write_bytes(SMALL.encode())
+    marked.write_bytes(SMALL.encode("utf-8-sig"))
+    dos.write_bytes(SMALL.replace("\n", "\r\n").encode("utf-8-sig"))
+    assert Study.from_toml(marked) == Study.from_toml(plain) == Study.from_toml(dos)
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (SMALL.encode("utf-16"), "it is UTF-16"),
+        (SMALL.encode("utf-32"), "it is UTF-32"),
+        (SMALL.replace("κ → ", "").encode("latin-1"), "line 3 has the byte 0xfc, which is not UTF-8"),
+    ],
+)
+def test_a_study_that_is_not_utf_8_says_how_to_save_it(tmp_path, content, reason):
+    path = tmp_path / "small.toml"
+    path.write_bytes(content)
+    with pytest.raises(StudyError) as problem:
+        Study.from_toml(path)
+    assert str(problem.value) == f"{path}: this is no TOML file ({reason}); save it as UTF-8"
+
+
+@pytest.mark.parametrize("start", ["a.", '"a".', "a . ", "[a.", "x = {a.", "'a'.\t"])
+def test_a_key_that_would_take_the_parser_for_ever_is_refused_before(tmp_path, monkeypatch, start):
+    monkeypatch.setattr("tomllib.loads", None)
+    path = tmp_path / "dots.toml"
+    path.write_text(f"a = 1\n{start}" + start.lstrip("[x= {") * 200_000 + "b = 1")
+    with pytest.raises(StudyError, match=r"the key .* in line 2 has more than 16 dots\); mend"):
+        Study.from_toml(path)
+
+
+def test_a_file_that_is_too_large_for_a_study_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("studies.study.LARGEST_FILE", 100)
+    monkeypatch.setattr("studies.toml.LARGEST_FILE", 100)
+    path = tmp_path / "large.toml"
+    path.write_text(SMALL)
+    with pytest.raises(StudyError, match="it has more than 100 bytes"):
+        Study.from_toml(path)
+
+
 def test_log_axis():
     study = Study.from_dict(changed("grid.P", {"start": 1.0, "stop": 100.0, "num": 3, "spacing": "log"}))
     assert study.grid.P == (1.0, 10.0, 100.0)
