@@ -22,7 +22,7 @@ from studies.files import (
     reading_limit,
     refuse_more_than_memory,
 )
-from studies.reduction import Source, potential, summarise
+from studies.reduction import potential, summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.sandbox import call
 from studies.schema import (
@@ -34,6 +34,7 @@ from studies.schema import (
     per_state,
     variables,
 )
+from studies.sources import Source
 from studies.study import NUMERICS_VERSION, Study
 from studies.tables import Outputs
 

@@ -192,6 +192,18 @@ def write_failures(dataset, control, failures):
     write_labels(dataset, "failure_reason", reasons, {"long_name": "why the point failed"})
 
 
+def mark_of(path):
+    """What a file does not share with any other that has its path later, nor with itself once it is changed.
+
+    None if there is no file.
+    """
+    try:
+        found = os.stat(path)
+    except OSError:
+        return None
+    return found.st_dev, found.st_ino, found.st_size, found.st_mtime_ns, found.st_ctime_ns
+
+
 def content_hash(path):
     """Hash of what a file holds; see `hash_values`.
 

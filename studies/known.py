@@ -14,11 +14,12 @@ from elastica.codes import Status
 from elastica.states import is_canonical
 from studies.errors import StudyError
 from studies.evaluate import word_failed
-from studies.files import content_hash, damage_told, identify, opened, read_labels, reading_limit
+from studies.files import content_hash, damage_told, identify, mark_of, opened, read_labels, reading_limit
 from studies.progress import note
-from studies.reduction import Source, positions, read_rows
+from studies.reduction import positions, read_rows
 from studies.sandbox import call
 from studies.schema import VARIABLES, control_of
+from studies.sources import Source, reading, refuse_changed
 from studies.study import NUMERICS_VERSION, Study
 
 BAND = 10_000_000
@@ -41,6 +42,7 @@ def read_finished(path):
     StudyError
         If it is damaged or not one of ours.
     """
+    mark = mark_of(path)
     attributes = identify(path)
     with damage_told(path):
         content = call(content_hash, path, limit=reading_limit(path))
@@ -50,11 +52,13 @@ def read_finished(path):
         with opened(path) as file:
             axes = ("ends", "H", control_of(file.dimensions))
             ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
+            states = tuple(map(str, read_labels(file.variables["state"], path)))
         # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
-        known = tuple(state_labels(path)) if study.task.every_root else study.task.names
+        known = states if study.task.every_root else study.task.names
     if content != attributes.get("content_hash"):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
-    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False)
+    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False, mark=mark)
+    refuse_changed(source)
     return Finished(study, source, attributes)
 
 
@@ -175,10 +179,10 @@ def refuse_unlike(study, version, file):
         raise StudyError(f"{path}: {', '.join(unlike)}; only results of the same numerics join")
 
 
-def state_labels(path):
+def state_labels(source):
     """Names of the states of a dataset."""
-    with opened(path) as file:
-        return [str(name) for name in read_labels(file.variables["state"], path)]
+    with reading(source) as file:
+        return [str(name) for name in read_labels(file.variables["state"], source.path)]
 
 
 def _held(grid, sources):
@@ -190,7 +194,7 @@ def _held(grid, sources):
         for number, ends in enumerate(source.ends):
             if ends not in grid.ends:
                 continue
-            with opened(source.path) as file:
+            with reading(source) as file:
                 status = file.variables["status"][number]
             known = (status != Status.NOT_COMPUTED).any(axis=-1)[np.ix_(from_rows, from_columns)]
             held[np.ix_([grid.ends.index(ends)], rows, columns)] |= known

@@ -9,12 +9,12 @@ import numpy as np
 
 from elastica.codes import Status
 from studies.errors import StudyError
-from studies.files import opened
 from studies.known import known_from, read_finished, refuse_unlike, state_labels
 from studies.plan import Plan
 from studies.reduction import positions
 from studies.runner import compute
 from studies.schema import per_state
+from studies.sources import reading
 from studies.study import Study
 
 AGREE = 1e-9
@@ -73,7 +73,7 @@ def _united(files):
     if all(study.task.every_root for study in studies):
         content["states"] = {"max_contacts": max(study.states.max_contacts for study in studies)}
     else:
-        labels = [name for file in files for name in state_labels(file.source.path)]
+        labels = [name for file in files for name in state_labels(file.source)]
         content["states"] = {"names": list(dict.fromkeys(labels))}
     outputs = [study.outputs.model_dump(exclude_none=True) for study in studies]
     if len({some["shapes"] for some in outputs} - {0}) > 1:
@@ -92,12 +92,12 @@ def _refuse_conflicts(a, b):
     rows, columns = positions(a.source.H, b.source.H), positions(a.source.given, b.source.given)
     if not (rows[0].size and columns[0].size):
         return
-    states = [state_labels(file.source.path) for file in (a, b)]
+    states = [state_labels(file.source) for file in (a, b)]
     common = np.intersect1d(*states, assume_unique=True, return_indices=True)[1:]
     found = []
     for ends in set(a.source.ends) & set(b.source.ends):
         for row_a, row_b in zip(*rows, strict=True):
-            with opened(a.source.path) as one, opened(b.source.path) as two:
+            with reading(a.source) as one, reading(b.source) as two:
                 names = [name for name in per_state(one.dimensions, a.study.outputs) if name in two.variables]
                 values = {
                     name: [

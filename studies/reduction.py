@@ -1,17 +1,17 @@
 """Join files, the shards of a run or finished datasets, to one dataset, in bands of rows.
 
-Left out: whether the files are there and intact (`shards`), and agree (`merging`).
+Left out: whether the files are there and intact (`shards`), are still what they were (`sources`), and agree
+(`merging`).
 """
 
 from contextlib import contextmanager
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
-from studies.evaluate import Scattered, unknown, word_failed
+from studies.evaluate import unknown, word_failed
 from studies.events import join_events, write_events
 from studies.files import (
     chunks,
@@ -23,26 +23,11 @@ from studies.files import (
     write_failures,
 )
 from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
+from studies.sources import reading
 from studies.whole_files import written_whole
 
 GROUP_BYTES = 300_000_000
 """Bytes of variables that are copied together, so that each source is opened once for all of them."""
-
-
-class Source(NamedTuple):
-    """A file that holds some points of a dataset.
-
-    `searched` are the states that were asked for there, of words the first root if every root was sought.
-    If the points are `scattered`, `H` and `given` have the labels of each, and in the file they are one row.
-    """
-
-    path: Path
-    ends: tuple[str, ...]
-    H: np.ndarray
-    given: np.ndarray
-    searched: tuple[str, ...]
-    every_root: bool
-    scattered: bool = False
 
 
 class Survey(NamedTuple):
@@ -72,7 +57,7 @@ def survey(sources, grid):
     found = Survey([], set(), set())
     for source in sources:
         points, _ = shared(source, np.array(grid.H), np.array(grid.given))
-        with opened(source.path) as file:
+        with reading(source) as file:
             if "seconds" in file.ncattrs():
                 found.seconds.append(float(file.getncattr("seconds")))
             if "failure" in file.dimensions:
@@ -84,13 +69,6 @@ def survey(sources, grid):
                 there |= np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=0)
         found.names.update(str(name) for name in names[there])
     return found
-
-
-def source_of(block, path, task):
-    """A shard as a source."""
-    labels = (np.array(block.H), np.array(block.given))
-    scattered = isinstance(block, Scattered)
-    return Source(path, (block.ends,), *labels, task.names, task.every_root, scattered)
 
 
 def reduce(study, sources, surveyed, out, attributes, events=()):
@@ -324,7 +302,7 @@ def read_rows(source, group, ends, H, given, names, values):
     if not there[0].size:
         return
     number = source.ends.index(ends)
-    with opened(source.path) as file:
+    with reading(source) as file:
         place = {str(state): i for i, state in enumerate(read_labels(file.variables["state"], source.path))}
         arrays = {
             name: read_points(file.variables[name], number, there)
@@ -361,7 +339,7 @@ def _searched(source, label):
 
 def _failures(source, ends, number, band, labels, status):
     """Why points of a band failed, as a file tells, by their indices in the dataset."""
-    with opened(source.path) as file:
+    with reading(source) as file:
         control = control_of(file.dimensions)
         columns = [file.variables[name][:] for name in failure_indices(control)]
         reasons = read_labels(file.variables["failure_reason"], source.path)

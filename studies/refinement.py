@@ -10,8 +10,9 @@ wherever it leads. Left out: how the points are computed (`runner`).
 import numpy as np
 
 from elastica.codes import Stability, Status
-from studies.files import opened, read_labels
+from studies.files import read_labels
 from studies.reduction import read_points, shared
+from studies.sources import reading
 
 UNKNOWN = -1
 SEED = 20261122
@@ -100,7 +101,7 @@ class StableStates:
         """Take what a file holds."""
         grid = self._grid
         there, here = shared(source, np.array(grid.H), np.array(grid.given))
-        with opened(source.path) as file:
+        with reading(source) as file:
             names = read_labels(file.variables["state"], source.path)
             for ends in set(source.ends) & set(grid.ends):
                 status, stability = (

@@ -25,7 +25,7 @@ from studies.output import is_done, is_settled, refuse_unwritable, settle
 from studies.plan import Plan, readable_bytes, readable_time
 from studies.progress import note, progress
 from studies.provenance import describe
-from studies.reduction import reduce, source_of, state_labels, survey
+from studies.reduction import reduce, state_labels, survey
 from studies.refinement import StableStates
 from studies.shards import (
     PROBE,
@@ -36,6 +36,7 @@ from studies.shards import (
     remove_shards,
     tell_of_others,
 )
+from studies.sources import source_of
 from studies.study import NUMERICS_VERSION, Study
 from studies.whole_files import discard_temporaries
 

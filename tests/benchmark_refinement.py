@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 
 import studies
 from studies import Study
-from studies.reduction import Source
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
+from studies.sources import Source
 from studies.tables import Refine
 
 LEVELS = 5

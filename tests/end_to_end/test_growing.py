@@ -3,6 +3,7 @@
 import copy
 import json
 import os
+import shutil
 
 import pytest
 from click.testing import CliRunner
@@ -192,3 +193,83 @@ def test_array_jobs_take_what_is_there_and_so_does_their_reduction(whole, tmp_pa
         result = CliRunner().invoke(main, [*options, *common])
         assert result.exit_code == 0, result.output
     assert_identical(out, whole)
+
+
+def replaced(old, other):
+    os.replace(shutil.copy(other, old.with_name("new.nc")), old)
+
+
+def overwritten(old, other):
+    """In place, with the times that it had."""
+    times = old.stat()
+    old.write_bytes(other.read_bytes())
+    os.utime(old, ns=(times.st_atime_ns, times.st_mtime_ns))
+
+
+def removed(old, _):
+    old.unlink()
+
+
+def led_elsewhere(old, other):
+    old.unlink()
+    old.symlink_to(other)
+
+
+@pytest.mark.parametrize(
+    ("moment", "change"),
+    [
+        *(("joining", change) for change in (replaced, overwritten, removed, led_elsewhere)),
+        *((moment, replaced) for moment in ("hashing", "planning", "computing")),
+        ("reading", overwritten),
+    ],
+)
+def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeypatch, change, moment):
+    """Whenever it is changed, nothing is written; what is computed is kept, and serves when it is back."""
+    from studies import known, reduction
+
+    small = changed(part(), states={"names": ["0", "U"]}, outputs={})
+    wide = changed(small, grid={"ends": ["clamped-clamped"], "H": [0.08, 0.12], "P": [1.8, 3.4, 5.0, 6.0]})
+    proved, kept = compute(small, tmp_path / "old.nc"), tmp_path / "kept.nc"
+    shutil.copy(proved, kept)
+
+    def bend(dataset):
+        dataset["energy"][:] = dataset["energy"][:] * 2
+
+    other = altered(proved, tmp_path / "other.nc", bend)
+    done = []
+
+    def at(module, name, when=lambda *_: True):
+        original = getattr(module, name)
+
+        def changing(*arguments):
+            result = original(*arguments)
+            if when(*arguments) and not done:
+                done.append(change(proved, other))
+            return result
+
+        monkeypatch.setattr(module, name, changing)
+
+    if moment == "planning":
+        at(known, "lend")
+        monkeypatch.setattr(runner, "lend", known.lend)
+    elif moment == "computing":
+        at(runner, "compute_block")
+    elif moment == "joining":
+        at(runner, "survey")
+    elif moment == "reading":
+        at(reduction, "read_points")
+    else:
+        at(known, "content_hash")
+        monkeypatch.setattr(known, "call", lambda function, *arguments, limit: function(*arguments))
+    with pytest.raises(StudyError, match=r"old\.nc: this file was changed, or replaced by another, since"):
+        compute(wide, tmp_path / "wide.nc", reuse=proved)
+    assert done == [None]
+    assert not (tmp_path / "wide.nc").exists()
+    monkeypatch.undo()
+    blocks, original = [], runner.compute_block
+    monkeypatch.setattr(runner, "compute_block", lambda *some: blocks.append(some) or original(*some))
+    proved.unlink(missing_ok=True)
+    os.replace(kept, proved)
+    grown = compute(wide, tmp_path / "wide.nc", reuse=proved)
+    assert len(blocks) == (moment == "hashing")
+    assert_identical(grown, compute(wide, tmp_path / "fresh.nc"))
