@@ -137,7 +137,7 @@ def _write(catalog):
         temporary.write_text(catalog.text(), encoding="utf-8")
 
 
-def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, list[str]]]:
+def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, str, list[str]]]:
     """Check every dataset of a catalogue.
 
     Parameters
@@ -149,29 +149,34 @@ def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, list[str]]]:
     Yields
     ------
     name : str
+    verdict : str
+        "good", or what was not proved; empty for one with problems.
     problems : list of str
-        What is wrong with it; empty for a good one.
+        What is wrong with it.
     """
     for name in sorted(catalog.entries):
         try:
-            yield name, _problems(catalog, name, sample)
+            report, problems = _checked(catalog, name, sample)
         except StudyError as problem:
-            yield name, [str(problem)]
+            report, problems = [], [str(problem)]
+        yield name, "" if problems else report[-1].strip(), problems
 
 
-def _problems(catalog, name, sample):
+def _checked(catalog, name, sample):
+    """Report and problems of one dataset."""
     entry, path = catalog.entries[name], catalog.path(name)
     if catalog.condition(name) == "gone":
-        return ["the file is gone; put it back with `elastica catalog add`"]
+        return [], ["the file is gone; put it back with `elastica catalog add`"]
     if _sha256(path) != entry.sha256:
-        return ["the file is not the one that was added (its hash differs); `elastica check` says more"]
+        return [], ["the file is not the one that was added (its hash differs); `elastica check` says more"]
     attributes = identify(path)
     unlike = [
         f"{key} in the index is not that of the file"
         for key in ("content_hash", "study_id", "numerics_id")
         if attributes.get(key) != getattr(entry, key)
     ]
-    return unlike + check(path, sample)[1]
+    report, problems = check(path, sample)
+    return report, unlike + problems
 
 
 def strays(catalog: Catalog) -> list[str]:

@@ -104,12 +104,12 @@ def verify(folder, sample):
 
     everything = Catalog.read(folder)
     bad = 0
-    for name, problems in verify_all(everything, sample):
+    for name, verdict, problems in verify_all(everything, sample):
         bad += bool(problems)
         for problem in problems:
             click.echo(f"problem: {name}: {problem}", err=True)
         if not problems:
-            click.echo(f"{name}: good")
+            click.echo(f"{name}: {verdict}")
     for name in strays(everything):
         click.echo(f"{name}: not in the index; `elastica catalog add` takes it in")
     if bad:

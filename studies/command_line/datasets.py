@@ -28,7 +28,6 @@ def check(file, sample):
         click.echo(f"problem: {problem}", err=True)
     if problems:
         sys.exit(BAD_INPUT)
-    click.echo("  good")
 
 
 @main.command()
