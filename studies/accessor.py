@@ -16,10 +16,11 @@ import studies
 from elastica.codes import Stability, Status
 from elastica.solution import solve
 from elastica.states import parse_state
-from elastica.strip import PHYSICAL, Strip
+from elastica.strip import Strip
 from studies.errors import StudyError
 from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of
 from studies.study import Study
+from studies.units import dimensionless, physical
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,20 +29,6 @@ SHAPE = ("theta", "x", "y")
 SAMPLES = 201
 MOST_SHAPES = 100_000
 MOST_NAMES = 20
-QUANTITIES = {
-    "P": "force",
-    "reaction": "force",
-    "energy": "energy",
-    "bending_energy": "energy",
-    "curvature": "curvature",
-    "frequency": "frequency",
-    "transition_P": "force",
-    **dict.fromkeys(("transition_H", "transition_shortening"), "distance"),
-    **dict.fromkeys(
-        ("H", "shortening", "flat_length", "clearance", "contact_position", "s", "x", "y"), "distance"
-    ),
-}
-"""What variables and coordinates are in physical units; the others stay as they are."""
 
 
 @xarray.register_dataset_accessor("elastica")
@@ -119,26 +106,25 @@ class Elastica:
         -------
         Dataset
             `theta` in radians, `x`, `y`, divided by L, with a dimension `s`; NaN where there is no
-            equilibrium.
+            equilibrium. Of a dataset in physical units in metres.
 
         Raises
         ------
         StudyError
-            If there are more than 100,000 shapes, or the samples make no line.
+            If there are more than 100,000 shapes, the samples make no line, or nobody knows the units.
         """
-        dataset = self._dataset
-        if "theta" in dataset and samples in (None, dataset.sizes["s"]):
-            return dataset[list(SHAPE)]
-        status = self._variable("status")
-        if self._variable("H").attrs.get("units") != "1":
-            raise StudyError("the dataset is in physical units; take its shapes before, and convert them")
+        if "theta" in self._dataset and samples in (None, self._dataset.sizes["s"]):
+            return self._dataset[list(SHAPE)]
+        for name in ("status", "ends", "state", "H", control := control_of(self._dataset.coords)):
+            self._variable(name)
+        dataset, units = dimensionless(self._dataset)
+        status = dataset["status"]
         exists = np.flatnonzero(np.isin(status, (Status.SOLVED, Status.INADMISSIBLE)))
         if exists.size > MOST_SHAPES:
             raise StudyError(f"{exists.size:,} shapes are too many at once; select {MOST_SHAPES:,} or fewer")
         samples = SAMPLES if samples is None else samples
-        control = control_of(dataset.coords)
         ends, names, H, given = (
-            self._variable(label).broadcast_like(status).transpose(*status.dims).values.ravel()[exists]
+            dataset[label].broadcast_like(status).transpose(*status.dims).values.ravel()[exists]
             for label in ("ends", "state", "H", control)
         )
         values = np.full((3, status.size, samples), np.nan)
@@ -147,7 +133,7 @@ class Elastica:
             where: dict[str, Any] = {"H": H[at], control: given[at]}
             solution = solve(name, ends=A_B, **where, **self._method)
             values[:, exists[at]] = solution.shape(samples)[1:]
-        return Dataset(
+        shapes = Dataset(
             {
                 name: ((*status.dims, "s"), field.reshape(*status.shape, samples), VARIABLES[name].attributes)
                 for name, field in zip(SHAPE, values, strict=True)
@@ -155,6 +141,7 @@ class Elastica:
             {**status.coords, "s": ("s", np.linspace(0, 1, samples), COORDINATES["s"])},
             dataset.attrs,
         )
+        return physical(shapes, units.strip) if units.strip else shapes
 
     def transitions(self) -> Dataset:
         """Where states begin, end, meet and change their stability, at the labels of this dataset.
@@ -192,20 +179,15 @@ class Elastica:
         Parameters
         ----------
         strip : elastica.Strip
-            Without a density frequencies stay as they are.
+            Without a density frequencies stay as they are. The attribute `strip` keeps it, by which figures
+            and shapes of the dataset are found in these units.
 
         Returns
         -------
         Dataset
             `H` is half of what the walls leave to the middle line: (gap − thickness)/2.
         """
-        scales, converted = strip.scales, self._dataset.copy()
-        for name, values in self._dataset.variables.items():
-            quantity = QUANTITIES.get(str(name), "")
-            if quantity in scales:
-                attributes = {"long_name": values.attrs.get("long_name", name), "units": PHYSICAL[quantity]}
-                converted[name] = (values.dims, values.data * scales[quantity], attributes)
-        return converted
+        return physical(self._dataset, strip)
 
     @property
     def plot(self) -> "Plot":

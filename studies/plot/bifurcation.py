@@ -70,7 +70,7 @@ def bifurcation(
     """
     if show not in QUANTITIES[1:]:
         raise StudyError(f"show = {show!r} is not possible; use {listed(QUANTITIES[1:], show)}")
-    dataset = restored(dataset)
+    dataset, units = restored(dataset)
     control = control_of(dataset.sizes)
     exact = solves_exactly(dataset)
     needed = () if exact else ("index", "stability", {"P": "shortening", "shortening": "P"}[control], show)
@@ -78,7 +78,7 @@ def bifurcation(
     if dataset.sizes.get(control, 0) < 2:
         raise StudyError(f"the dataset has fewer than two values of {control}; a branch needs more")
     dataset = _only(dataset, states)
-    gap = float(dataset["H"].values[nearest_label(dataset, "H", H)])
+    gap = float(dataset["H"].values[nearest_label(dataset, "H", H, units)])
     panels = [dataset.isel(ends=number).sel(H=gap) for number in range(len(end_conditions(dataset)))]
     figure = new_figure((5.2 * min(len(panels), 2) + 2.3, 5.4 * -(-len(panels) // 2)))
     axes = figure.subplots(-(-len(panels) // 2), min(len(panels), 2), squeeze=False).ravel()
@@ -88,9 +88,9 @@ def bifurcation(
     for ax, panel in zip(axes, panels, strict=False):
         pieces = branches(panel, control)
         if not pieces:
-            raise StudyError(f"no state is solved for {panel['ends'].values} at H = {gap:g}")
-        _draw(ax, pieces, show, control, handles)
-        ax.set(title=str(panel["ends"].values), xlabel=axis_label(show), ylabel=axis_label("P"))
+            raise StudyError(f"no state is solved for {panel['ends'].values} at H = {units.text('H', gap)}")
+        _draw(ax, pieces, show, control, handles, units)
+        ax.set(title=str(panel["ends"].values), xlabel=axis_label(show, units), ylabel=axis_label("P", units))
     order = sorted(handles, key=lambda key: (key[0], str(key[1])))
     figure.legend(
         handles=[handles[key] for key in order],
@@ -100,12 +100,12 @@ def bifurcation(
         handlelength=3,
         ncols=1 + (len(order) > 24),
     )
-    what = "given load" if control == "P" else "given shortening"
+    what = f"H = {units.text('H', gap)}; verdicts at given " + ("load" if control == "P" else "shortening")
     how = "" if exact else "; values of the grid points, events to the nearest of them"
     caption(
         figure,
         dataset,
-        f"H = {gap:g}; verdicts at {what}; arrows: to the stable state of least potential{how}",
+        f"{what}; arrows: to the stable state of least potential{how}",
     )
     return figure
 
@@ -121,7 +121,7 @@ def _only(dataset, states):
     return dataset.isel(state=[names.index(name) for name in states])
 
 
-def _draw(ax, pieces, show, control, handles):
+def _draw(ax, pieces, show, control, handles, units):
     """Draw the branches of one panel; `handles` collects its legend: states, verdicts, events, jumps."""
     for piece in sorted(pieces, key=lambda piece: piece.stability == Stability.STABLE):
         stable = piece.stability == Stability.STABLE
@@ -131,7 +131,7 @@ def _draw(ax, pieces, show, control, handles):
             "ls": verdict_line(piece.stability, piece.negative),
             "lw": 2.4 if stable else 0.6 if far else 1.2,
         }
-        x, P = piece.values[show], piece.values["P"]
+        x, P = (units.shown(quantity, piece.values[quantity]) for quantity in (show, "P"))
         ax.plot(x, P, label=piece.state, zorder=3 if stable else 2, **look)
         name = piece.state.partition(":")[0]
         if not far:
@@ -153,8 +153,7 @@ def _draw(ax, pieces, show, control, handles):
             shade, label = ARROWS[kind]
             ax.annotate(
                 "",
-                (jump.stop[show], jump.stop["P"]),
-                (jump.start[show], jump.start["P"]),
+                *(tuple(units.shown(q, at[q]) for q in (show, "P")) for at in (jump.stop, jump.start)),
                 arrowprops={"arrowstyle": "-|>", "color": shade, "lw": 1.3, "shrinkA": 3, "shrinkB": 1},
                 zorder=5,
             ).set_gid(f"{kind} {jump.state} {jump.other_state}")

@@ -72,6 +72,18 @@ class Picture(NamedTuple):
     curves: list
     unknown: list
 
+    def shown(self, units, control, variable):
+        """The picture in the units of a dataset."""
+        curves = [
+            (event, units.shown("H", H), units.shown(control, given)) for event, H, given in self.curves
+        ]
+        return self._replace(
+            H=units.shown("H", self.H),
+            given=units.shown(control, self.given),
+            labels=units.shown(variable, self.labels),
+            curves=curves,
+        )
+
 
 def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) -> "Figure":
     """Draw the plane of half gap and what is prescribed, one panel for each end condition.
@@ -96,7 +108,7 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
         If what is needed is missing, or the grid is no plane.
     """
     require(dataset, "status", "stability")
-    dataset = restored(dataset)
+    dataset, units = restored(dataset)
     if show == "preferred":
         require(dataset, potential(control_of(dataset.sizes)))
     number = None if show in TITLES else state_variable(dataset, show, state)
@@ -111,13 +123,14 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
         pictures = [_regions(grid, show, exact) for grid in grids]
     else:
         pictures = [_values(grid, show, number, exact) for grid in grids]
+    pictures = [picture.shown(units, control, show) for picture in pictures]
     figure, axes = _panels(panels)
     for left in axes[:: min(panels, 2)]:
-        left.set_ylabel(axis_label(control))
+        left.set_ylabel(axis_label(control, units))
     draw = {"stable": _draw_sets, "preferred": _draw_sets, "count": _draw_counts}.get(show, _draw_values)
-    handles = draw(figure, axes, pictures, show)
+    handles = draw(figure, axes, pictures, show, units)
     for ax, picture in zip(axes, pictures, strict=True):
-        _frame(ax, picture)
+        _frame(ax, picture, axis_label("H", units))
     handles += _draw_curves(axes, pictures)
     if handles:
         figure.legend(handles=handles, loc="outside right upper", frameon=False, title=TITLES.get(show))
@@ -198,7 +211,7 @@ def _values(grid, variable, number, exact):
     return Picture(grid.ends, plane.H, plane.given, values, {}, curves, [])
 
 
-def _draw_sets(figure, axes, pictures, show):
+def _draw_sets(figure, axes, pictures, show, units):
     """Fill the regions with the colours of their states, name them, and list the states."""
     for ax, picture in zip(axes, pictures, strict=True):
         ax.pcolormesh(
@@ -227,7 +240,7 @@ def _painted(picture):
     return painted
 
 
-def _draw_counts(figure, axes, pictures, show):
+def _draw_counts(figure, axes, pictures, show, units):
     """Fill the regions by the number of stable states, the more the darker."""
     most = max(max(picture.meaning) for picture in pictures)
     shades = ["#ffffff", "#d0e1f2", "#94c4df", "#4a98c9", "#1764ab", "#08306b"]
@@ -247,7 +260,7 @@ def _draw_counts(figure, axes, pictures, show):
     return [Patch(facecolor=shades[n], edgecolor="0.3", label=str(n)) for n in range(most + 1)]
 
 
-def _draw_values(figure, axes, pictures, show):
+def _draw_values(figure, axes, pictures, show, units):
     """Colour the panels by a variable, with one scale for all; flags in steps with their names."""
     values = np.concatenate([picture.labels[np.isfinite(picture.labels)] for picture in pictures])
     known = VARIABLES.get(show)
@@ -271,7 +284,7 @@ def _draw_values(figure, axes, pictures, show):
             shading="nearest",
             rasterized=True,
         )
-    bar = figure.colorbar(mesh, ax=list(axes), label=axis_label(show), ticks=ticks, pad=0.02)
+    bar = figure.colorbar(mesh, ax=list(axes), label=axis_label(show, units), ticks=ticks, pad=0.02)
     if names:
         bar.ax.set_yticklabels(names)
     return []
@@ -289,7 +302,7 @@ def _draw_curves(axes, pictures):
     return [drawn[event] for event in sorted(drawn, key=lambda event: event.label)]
 
 
-def _frame(ax, picture):
+def _frame(ax, picture, label):
     """Axes to the first and last label, logarithmic where the labels are."""
     if log_spaced(picture.H):
         ax.set_xscale("log")
@@ -300,7 +313,7 @@ def _frame(ax, picture):
     ax.set(
         xlim=(picture.H[0], picture.H[-1]),
         ylim=(picture.given[0], picture.given[-1]),
-        xlabel=axis_label("H"),
+        xlabel=label,
         title=picture.ends,
     )
 

@@ -9,14 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
+from elastica.solution import LARGEST_LOAD
 from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE
 from studies.plot.style import listed, shortest_first
 from studies.reduction import potential
 from studies.schema import VARIABLES, control_of
+from studies.units import dimensionless
 
 BAND_BYTES = 32_000_000
+RANGES = {"H": (0, 0.5, " L"), "P": (0, LARGEST_LOAD, " 4π²EI/L²"), "shortening": (0, 2, " L")}
+"""Least and largest label, and what they are divided by."""
 MOST_SETS = 62
 """States that fit into the bits of a label."""
 
@@ -24,13 +28,21 @@ MOST_SETS = 62
 def restored(dataset):
     """The dataset as figures read it, whatever was selected from it, joined to it or done to its order.
 
-    Dimensions that a selection of one label took away are back, labels increase along H and the control, and
-    flags that became floating numbers because something was filled with NaN are integers again.
+    It is dimensionless. Dimensions that a selection of one label took away are back, labels increase along H
+    and the control, and flags that became floating numbers because something was filled with NaN are integers
+    again.
+
+    Returns
+    -------
+    dataset : xarray.Dataset
+    units : Units
+        In which its variables were given, and are shown.
 
     Raises
     ------
     StudyError
-        If labels are gone, come twice or are no numbers, an axis is empty, or there is a dimension more.
+        If labels are gone, come twice or are no numbers, an axis is empty, there is a dimension more, or
+        units are not understood.
     """
     control = control_of(dataset.coords)
     axes = "ends", "H", control, "state"
@@ -41,6 +53,7 @@ def restored(dataset):
             raise StudyError(f"{axis!r} is no axis of the dataset; unstack it")
         if axis != "state" and not dataset[axis].size:
             raise StudyError(f"the dataset has no value of {axis}; select one at least")
+    dataset, units = dimensionless(dataset)
     missing = [axis for axis in axes if axis not in dataset.dims]
     dataset = dataset.expand_dims(missing) if missing else dataset
     if "status" in dataset and (more := set(dataset["status"].dims) - set(axes)):
@@ -55,7 +68,7 @@ def restored(dataset):
     dataset = dataset.assign(flags)
     if "reaction" in dataset and not _every_contact(dataset):
         dataset = dataset.drop_vars("reaction")
-    return dataset.transpose(*axes, ...)
+    return dataset.transpose(*axes, ...), units
 
 
 def _increasing(dataset, axis, control):
@@ -64,6 +77,10 @@ def _increasing(dataset, axis, control):
     if axis in ("H", control):
         if labels.dtype.kind not in "fiu" or not np.isfinite(labels).all():
             raise StudyError(f"the labels of {axis} are not all finite numbers; a figure needs such")
+        least, most, of = RANGES[axis]
+        if ((labels < least) | (labels > most)).any():
+            wrong = labels[(labels < least) | (labels > most)][0]
+            raise StudyError(f"{axis} = {wrong:g}{of} cannot be; are its units right?")
         order = np.argsort(labels, kind="stable")
         if (order != np.arange(labels.size)).any():
             dataset = dataset.isel({axis: order})
@@ -84,18 +101,18 @@ def _every_contact(dataset):
     return set(range(1, most + 1)) <= set(dataset["contact"].values.tolist())
 
 
-def nearest_label(dataset, axis, value):
-    """Position of the label nearest to a value; the middle one if none is given.
+def nearest_label(dataset, axis, value, units):
+    """Position of the label nearest to a value in the units that are shown; the middle one if none is given.
 
     Raises
     ------
     StudyError
         If the value lies beyond the labels by more than half a step.
     """
-    labels = dataset[axis].values
+    labels = units.shown(axis, dataset[axis].values)
     if value is None:
         return len(labels) // 2
-    step = np.diff(labels).max(initial=0) / 2 + 1e-9
+    step = np.diff(labels).max(initial=0) / 2 + 1e-9 * units.shown(axis, 1.0)
     if not labels[0] - step <= value <= labels[-1] + step:
         raise StudyError(
             f"{axis} = {value:g} is not in the dataset; give one from {labels[0]:g} to {labels[-1]:g}"

@@ -9,11 +9,13 @@ from matplotlib.animation import FuncAnimation, PillowWriter
 from matplotlib.patches import Rectangle
 
 from elastica.codes import Stability, Status
+from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
 from studies.errors import StudyError
 from studies.plot.reading import method_of, nearest_label, restored
 from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
 from studies.schema import control_of
+from studies.units import NUMBERS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -61,6 +63,21 @@ class Strip(NamedTuple):
         """Whether it is stable under its control."""
         return self.solution.stability[0] == Stability.STABLE
 
+    @property
+    def presses(self):
+        """Arc length and size of each point force of the walls.
+
+        A line presses at its two ends only, each with the λ of the free segment that leaves it there: what
+        lies flat has no curvature, and so no shear force that could change along it.
+        """
+        s = self.solution
+        if not s.state.line:
+            return [*zip(s.contact_position[0], s.reaction[0], strict=True)]
+        lines = s.contact_position[0]
+        ends = np.stack([lines, lines + s.flat_length[0] / max(lines.size, 1)], axis=1)
+        forces = np.stack([s.lam[0, :-1], s.lam[0, 1:]], axis=1) / FOUR_PI_SQUARED
+        return [*zip(ends.ravel(), forces.ravel(), strict=True)]
+
 
 def shapes(
     dataset: "Dataset",
@@ -76,12 +93,13 @@ def shapes(
     dataset : xarray.Dataset
         From `studies.open` or `studies.run`.
     H : float, optional
-        Half gap; the nearest label is taken. Without it the middle one.
+        Half gap, in the units of the dataset; the nearest label is taken. Without it the middle one.
     given : float or sequence of float, optional
         Loads, or shortenings where these are prescribed; the nearest labels are taken. Without it, of one
         state six along its branch, else the label at which most states are stable.
     states : sequence of str, optional
-        Without it all that are solved at the point, the stable ones first, up to twelve.
+        Without it all that are solved at the point, the stable ones first. Of more than twelve strips the
+        first twelve are drawn, and the figure says of how many.
     ends : str, optional
         One of the end conditions of the dataset; without it the first.
 
@@ -96,21 +114,26 @@ def shapes(
         If a point or state is not there.
     """
     require(dataset, "status")
-    dataset = restored(dataset)
+    dataset, units = restored(dataset)
     control = control_of(dataset.sizes)
     known = end_conditions(dataset)
     ends = ends or known[0]
     if ends not in known:
         raise StudyError(f"ends = {ends!r} is none of the dataset's; name one of {listed(known, ends)}")
-    gap = float(dataset["H"].values[nearest_label(dataset, "H", H)])
+    gap = float(dataset["H"].values[nearest_label(dataset, "H", H, units)])
     panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
-    points = _points(panel, control, given, list(states or ()))
-    strips = [Strip.at(value, gap, state, ends, control) for value, state in points]
+    points = _points(panel, control, given, list(states or ()), units)
+    strips = [Strip.at(value, gap, state, ends, control) for value, state in points[:MOST_STRIPS]]
     method = "" if method_of(dataset) == "exact" else ", the exact strip in place of the chain"
-    return draw(strips, dataset, f"H = {gap:g}, {ends}{method}")
+    more = ""
+    if len(points) > MOST_STRIPS:
+        more = (
+            f"\n{MOST_STRIPS} of {len(points)} strips are drawn; choose others by the names of their states"
+        )
+    return draw(strips, f"H = {units.text('H', gap)}, {ends}{method}", more, dataset, units)
 
 
-def _points(panel, control, given, states):
+def _points(panel, control, given, states, units):
     """Pairs (control, state) to draw."""
     names = [str(name) for name in panel["state"].values]
     for state in states:
@@ -120,43 +143,45 @@ def _points(panel, control, given, states):
             )
     labels = panel[control].values
     solved = (panel["status"] == Status.SOLVED).transpose(control, "state").values
+    rank = _rank(panel, control, solved)
+    here = f"at H = {units.text('H', float(panel['H']))}"
     if given is not None:
-        rows = [nearest_label(panel, control, value) for value in np.atleast_1d(given)]
+        rows = [nearest_label(panel, control, value, units) for value in np.atleast_1d(given)]
     elif len(states) == 1:
         there = np.flatnonzero(solved[:, names.index(states[0])])
         if not there.size:
-            raise StudyError(f"state = {states[0]!r} is solved nowhere at H = {float(panel['H']):g}")
+            raise StudyError(f"state = {states[0]!r} is solved nowhere {here}")
         rows = there[np.unique(np.linspace(0, there.size - 1, ALONG).round().astype(int))].tolist()
     else:
-        count = solved.sum(axis=1)
-        if "stability" in panel:
-            stable = (panel["stability"] == Stability.STABLE).transpose(control, "state").values
-            count = count + 1000 * (stable & solved).sum(axis=1)
+        count = solved.sum(axis=1) + 1000 * (rank == 0).sum(axis=1)
         most = np.flatnonzero(count == count.max())
         rows = [int(most[most.size // 2])]
     points = [
         (float(labels[row]), state)
         for row in rows
-        for state in states or _stable_first(panel, row, control, names)
+        for state in states or [names[i] for i in np.argsort(rank[row], kind="stable")]
         if solved[row, names.index(state)]
     ]
     if not points:
-        raise StudyError(
-            f"no state is solved at H = {float(panel['H']):g}, {control} = "
-            f"{', '.join(f'{labels[row]:g}' for row in rows)}; choose another point"
-        )
-    return points[:MOST_STRIPS]
+        places = ", ".join(units.text(control, labels[row]) for row in rows)
+        raise StudyError(f"no state is solved {here}, {control} = {places}; choose another point")
+    return points
 
 
-def _stable_first(panel, row, control, names):
-    """Names in the order of their index, where the file knows it."""
-    if "index" not in panel:
-        return names
-    index = panel["index"].isel({control: row}).values
-    return [names[i] for i in np.lexsort((np.arange(len(names)), np.where(index < 0, 999, index)))]
+def _rank(panel, control, solved):
+    """Order (control, state) in which strips are drawn: 0 stable, then by index, as far as the file knows.
+
+    A state without negative directions need not be stable: a clamped line is not, at third order.
+    """
+    rank = np.where(solved, 1, 999)
+    for name in ("index", "stability"):
+        if name in panel:
+            values = panel[name].transpose(control, "state").values
+            rank = rank + values.clip(0) if name == "index" else np.where(values == Stability.STABLE, 0, rank)
+    return np.where(solved, rank, 999)
 
 
-def draw(strips, dataset=None, where=""):
+def draw(strips, where="", more="", dataset=None, units=NUMBERS):
     """Draw strips of `Strip.at`, one below the other in two columns, with one scale of forces."""
     rows = -(-len(strips) // 2)
     stretch = _stretch(strips)
@@ -165,17 +190,23 @@ def draw(strips, dataset=None, where=""):
     axes = figure.subplots(rows, min(2, len(strips)), squeeze=False).ravel()
     for unused in axes[len(strips) :]:
         unused.remove()
-    largest = max(np.nanmax(strip.solution.reaction, initial=0) for strip in strips) or 1.0
+    largest = _largest(strips)
     for ax, strip in zip(axes, strips, strict=False):
-        _draw_strip(ax, strip, stretch, largest)
-    scale = f"; longest arrow: reaction μ*L²/4π²EI = {largest:.3g}"
+        _draw_strip(ax, strip, stretch, largest, units)
+    force = "force of a wall μ*" + ("" if units.unit("reaction") else "L²/4π²EI")
+    scale = f"; longest arrow: {force} = {units.text('reaction', largest)}"
     heights = "" if stretch == 1 else f"; heights × {stretch:g}"
-    text = f"{where}{scale}{heights}; filled: stable, hollow: unstable"
+    text = f"{where}{scale}{heights}; filled: stable, hollow: unstable{more}"
     if dataset is not None:
         caption(figure, dataset, text)
     else:
         figure.supxlabel(text, fontsize="x-small", color="0.3")
     return figure
+
+
+def _largest(strips):
+    """The largest force of a wall."""
+    return max((force for strip in strips for _, force in strip.presses), default=0.0) or 1.0
 
 
 def _stretch(strips):
@@ -184,7 +215,7 @@ def _stretch(strips):
     return 1 if widest > FLAT / 3 else round(FLAT / widest)
 
 
-def _draw_strip(ax, strip, stretch, largest):
+def _draw_strip(ax, strip, stretch, largest, units=NUMBERS):
     """One strip between its walls, with contact points and the reactions of the walls."""
     s = strip.solution
     H, shape = float(s.H[0]) * stretch, s.shape(SAMPLES)
@@ -199,8 +230,7 @@ def _draw_strip(ax, strip, stretch, largest):
     ax.plot(x, y, color=colour(s.state.name), lw=3.4, solid_capstyle="butt", zorder=3)
     if not strip.stable:
         ax.plot(x, y, color="white", lw=1.6, zorder=3.1)
-    for contact, force in enumerate(s.reaction[0]):
-        at = s.contact_position[0, contact]
+    for at, force in strip.presses:
         place = np.interp(at, shape.s, x), np.interp(at, shape.s, y)
         side = np.sign(place[1]) or 1.0
         ax.plot(*place, "o", ms=4.5, color="black", zorder=5)
@@ -222,7 +252,8 @@ def _draw_strip(ax, strip, stretch, largest):
             )
     ax.set(xlim=(low, high), ylim=(-H - thick, H + thick), xticks=[], yticks=[], aspect="equal")
     ax.spines[:].set_visible(False)
-    title = f"{s.state.name}   P = {float(s.P[0]):.4g},  ΔL = {float(s.shortening[0]):.4g}   {strip.verdict}"
+    P, shorter = units.text("P", float(s.P[0])), units.text("shortening", float(s.shortening[0]))
+    title = f"{s.state.name}   P = {P},  ΔL = {shorter}   {strip.verdict}"
     ax.set_title(title, fontsize="small", loc="left")
 
 
@@ -270,7 +301,7 @@ def film(
     figure = new_figure((7.0, 3.9))
     ax, diagram = figure.subplots(2, 1, height_ratios=(1.2, 1))
     stretch = _stretch(strips)
-    largest = max(np.nanmax(strip.solution.reaction, initial=0) for strip in strips) or 1.0
+    largest = _largest(strips)
     shortening, P = (
         np.array([float(getattr(s.solution, q)[0]) for s in strips]) for q in ("shortening", "P")
     )

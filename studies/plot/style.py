@@ -16,8 +16,10 @@ from matplotlib.figure import Figure
 from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.spelling import did_you_mean
+from elastica.strip import GIVEN
 from studies.errors import StudyError
 from studies.schema import VARIABLES
+from studies.units import STRIP, strip_of
 
 COLOURS = {
     "0": "#d9d9d9",
@@ -57,14 +59,15 @@ NONE = "#ffffff"
 """Where no state is stable."""
 
 AXES = {
-    "P": "thrust  $P = P^*L^2/4\\pi^2EI$",
-    "shortening": "shortening  $\\Delta L = \\Delta L^*/L$",
-    "H": "half gap  $H = H^*/L$",
-    "curvature": "curvature  $\\kappa = L\\kappa^*$",
-    "energy": "energy  $V^*L/4\\pi^2EI$",
-    "bending_energy": "bending energy  $U^*L/4\\pi^2EI$",
-    "reaction": "sum of reactions  $\\mu^*L^2/4\\pi^2EI$",
+    "P": ("thrust", "P = ", "P^*", "L^2/4\\pi^2EI"),
+    "shortening": ("shortening", "\\Delta L = ", "\\Delta L^*", "/L"),
+    "H": ("half gap", "H = ", "H^*", "/L"),
+    "curvature": ("curvature", "\\kappa = L", "\\kappa^*", ""),
+    "energy": ("energy", "", "V^*", "L/4\\pi^2EI"),
+    "bending_energy": ("bending energy", "", "U^*", "L/4\\pi^2EI"),
+    "reaction": ("sum of reactions", "", "\\mu^*", "L^2/4\\pi^2EI"),
 }
+"""What an axis shows: its name, and what is before and after the dimensional quantity in its definition."""
 
 VERDICTS = {
     Stability.STABLE: "-",
@@ -124,15 +127,19 @@ def verdict_name(stability, index):
     return verdict.name.lower().replace("_", " ").replace("unstable third", "unstable at third")
 
 
-def axis_label(variable):
-    """Label of an axis with the definition of what it shows."""
-    if variable in AXES:
-        return AXES[variable]
+def axis_label(variable, units):
+    """Label of an axis: with the definition of what it shows, or with its unit where it has one."""
     known = VARIABLES.get(variable)
+    if variable in units.unknown:
+        return variable
+    unit = units.unit(variable)
+    if variable in AXES:
+        name, before, star, after = AXES[variable]
+        return f"{name}  ${star}$  [{unit}]" if unit else f"{name}  ${before}{star}{after}$"
     if known is None:
         return variable
-    units = "" if known.units == "1" else f"  [{known.units}]"
-    return f"{known.long_name}{units}"
+    unit = unit or ("" if known.units == "1" else known.units)
+    return f"{known.long_name}  [{unit}]" if unit else known.long_name
 
 
 def new_figure(size):
@@ -147,8 +154,17 @@ def caption(figure, dataset, *parameters):
     figure.suptitle(dataset.attrs.get("title") or dataset.attrs.get("id", ""), fontsize="medium")
     names = (("data", "id"), ("study", "study_id"))
     source = ", ".join(f"{name} {dataset.attrs[key]}" for name, key in names if key in dataset.attrs)
-    lines = [part for part in (*parameters, source) if part]
+    lines = [part for part in (*parameters, _strip(dataset), source) if part]
     figure.supxlabel("\n".join(lines), fontsize="x-small", color="0.3")
+
+
+def _strip(dataset):
+    """The strip of a dataset in physical units, in words."""
+    if STRIP not in dataset.attrs:
+        return ""
+    strip = strip_of(dataset)
+    given = {name: getattr(strip, name) for name in GIVEN}
+    return "strip: " + ", ".join(f"{name} {value:g} {GIVEN[name]}" for name, value in given.items() if value)
 
 
 def format_of(path):

@@ -130,8 +130,27 @@ def test_physical_units(dataset, ruler):
     # Labels still select.
     assert real.sel(P=float(after.P), H=float(after.H)).elastica.state("D")["energy"].dims == ("ends",)
     assert set(real.coords) == set(dataset.coords)
-    with pytest.raises(studies.StudyError, match="in physical units"):
-        real.elastica.shape(21)
+
+
+def test_shapes_of_a_real_strip_are_in_metres(dataset, ruler):
+    some = dataset.isel(H=[1], P=[3, 5])
+    real, numbers = some.elastica.physical(ruler), some.elastica.shape(21)
+    shapes = real.elastica.shape(21)
+    assert shapes["y"].attrs["units"] == shapes["s"].attrs["units"] == "m" and shapes["y"].count() > 0
+    for name in ("x", "y", "s"):
+        np.testing.assert_allclose(shapes[name], ruler.distance(numbers[name].values), rtol=1e-12)
+    xarray.testing.assert_equal(shapes["H"], real["H"])
+    # Converting again is converting once, and what no attribute tells any more is not guessed.
+    longer = elastica.Strip(length=0.6, width=0.025, thickness=0.001, E=200e9)
+    np.testing.assert_allclose(real.elastica.physical(longer)["H"], longer.distance(some["H"]), rtol=1e-14)
+    for lost, message in (
+        (some.drop_attrs(), r"H has lost its attribute 'units': is it a number, or in m\?"),
+        (real.drop_attrs(deep=False), "no attribute 'strip' says of which strip"),
+    ):
+        with pytest.raises(studies.StudyError, match=message):
+            lost.elastica.shape(21)
+    with pytest.raises(studies.StudyError, match="H has lost its attribute 'units'"):
+        some.drop_attrs().elastica.physical(ruler)
 
 
 def test_what_a_dataset_lacks_is_one_sentence(dataset, monkeypatch):

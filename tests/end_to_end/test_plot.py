@@ -18,7 +18,7 @@ from elastica.stable import stable_energy
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.plot.branches import branches, jumps
-from studies.plot.shapes import Strip
+from studies.plot.shapes import Strip, draw
 from studies.plot.style import COLOURS, OTHERS, colour
 
 CC, PP = "clamped-clamped", "pinned-pinned"
@@ -216,6 +216,38 @@ def test_strips_touch_the_walls_where_the_reactions_push(dataset):
     assert np.abs(arrows) == pytest.approx(0.15 * reaction / reaction.max(), rel=1e-6)
 
 
+def arrows(ax):
+    """Place along the walls and length of each arrow, from left to right."""
+    return np.array(
+        sorted((text.xy[0] * 0 + text.xyann[0], abs(text.xyann[1] - text.xy[1])) for text in ax.texts)
+    )
+
+
+@pytest.mark.parametrize(
+    ("state", "P", "H", "ends"),
+    [("U-", 6.0, 0.1, CC), ("Ua-", 3.5, 0.1, PP), ("UD-", 3.9, 0.08, PP), ("UDU-", 17.0, 0.05, CC)],
+)
+def test_a_line_presses_at_both_of_its_ends(state, P, H, ends):
+    """Each end with what its own free segment needs: the slope of the bending moment there."""
+    strip = Strip.at(P, H, state, ends)
+    s = strip.solution
+    places, forces = np.array(strip.presses).T
+    assert places.size == 2 * s.reaction.shape[-1]
+    shape = s.shape(50_001)
+    shear = np.gradient(np.gradient(shape.theta[0], shape.s), shape.s)
+    for place, force in zip(places, forces, strict=True):
+        left, right = (np.interp(place + side, shape.s, shear) for side in (-2e-4, 2e-4))
+        assert abs(right - left) / (4 * np.pi**2) == pytest.approx(force, rel=2e-2)
+    pairs = forces.reshape(-1, 2)
+    assert pairs.sum(axis=1) == pytest.approx(s.reaction[0], rel=1e-12)
+    # From pin to wall is half the way from wall to wall, with the same force; from a clamp it is another.
+    assert (np.ptp(pairs, axis=1) > 0.01).any() == (state in ("Ua-", "UDU-"))
+    ax = draw([strip]).axes[0]
+    drawn = arrows(ax)
+    assert drawn[:, 0] == pytest.approx(np.sort(np.interp(places, shape.s, shape.x[0])), abs=1e-4)
+    assert drawn[:, 1] / drawn[:, 1].max() == pytest.approx(forces / forces.max(), rel=1e-9)
+
+
 def test_unstable_strips_are_hollow(dataset):
     figure = studies.plot.shapes(dataset, H=0.1, states=["Ua"])
     assert len(figure.axes) > 2
@@ -306,12 +338,83 @@ def test_datasets_that_mean_two_things_are_refused(dataset, kind):
         (twice, r"H = 0.08 comes twice .*drop_duplicates\('H'\)"),
         (dataset.isel(state=[0, 2, 2]), "state = U comes twice"),
         (dataset.isel(ends=[1, 1]), "ends = pinned-pinned comes twice"),
-        (dataset.assign_coords(H=[0.04, 0.06, np.nan, 0.1, 0.12]), "labels of H are not all finite"),
+        (
+            dataset.assign_coords(H=("H", [0.04, 0.06, np.nan, 0.1, 0.12], {"units": "1"})),
+            "labels of H are not all finite",
+        ),
         (xarray.concat([dataset, dataset], "source"), "has the dimension 'source' as well"),
         (dataset.stack(point=("H", "P")), "'H' is no axis of the dataset"),
     ):
         with pytest.raises(StudyError, match=message):
             getattr(wrong.elastica.plot, kind)()
+
+
+@pytest.fixture
+def ruler():
+    return elastica.Strip(length=0.3, width=0.025, thickness=0.001, E=200e9)
+
+
+def test_physical_charts_have_the_same_borders_in_newtons_and_metres(dataset, ruler, coarse):
+    dataset = dataset.isel(ends=[1])
+    real = dataset.elastica.physical(ruler)
+    scales = np.array([ruler.distance(1.0), ruler.force(1.0)])
+    for options in ({"show": "preferred"}, {"show": "energy", "state": "U"}):
+        numbers, newtons = (data.elastica.plot.chart(**options) for data in (dataset, real))
+        for plain, ax in zip(numbers.axes[:1], newtons.axes[:1], strict=True):
+            assert len(ax.get_lines()) == len(plain.get_lines()) > 2
+            for line, other in zip(plain.get_lines(), ax.get_lines(), strict=True):
+                assert other.get_label() == line.get_label()
+                np.testing.assert_allclose(other.get_xydata(), line.get_xydata() * scales, rtol=1e-11)
+            assert ax.get_xlabel().endswith("[m]") and newtons.axes[0].get_ylabel().endswith("[N]")
+            assert ax.get_xlim() == pytest.approx(np.array(plain.get_xlim()) * scales[0])
+        assert "exactly" in newtons.get_supxlabel() and "length 0.3 m, width" in newtons.get_supxlabel()
+    energies = [np.nanmax(f.axes[0].collections[0].get_array()) for f in (numbers, newtons)]
+    assert energies[1] == pytest.approx(ruler.energy(energies[0])) and newtons.axes[1].get_ylabel().endswith(
+        "[J]"
+    )
+
+
+def test_physical_bifurcation_diagrams_and_shapes(dataset, ruler):
+    real = dataset.elastica.physical(ruler)
+    scales = np.array([ruler.distance(1.0), ruler.force(1.0)])
+    numbers = studies.plot.bifurcation(dataset, H=0.1, states=["B1", "U", "Ua"])
+    newtons = studies.plot.bifurcation(real, H=0.03, states=["B1", "U", "Ua"])
+    for line, other in zip(numbers.axes[0].get_lines(), newtons.axes[0].get_lines(), strict=True):
+        np.testing.assert_allclose(other.get_xydata(), line.get_xydata() * scales, rtol=1e-9)
+    for text, other in zip(numbers.axes[0].texts, newtons.axes[0].texts, strict=True):
+        assert np.array(other.xy) == pytest.approx(np.array(text.xy) * scales)
+    assert "[m]" in newtons.axes[0].get_xlabel() and "H = 0.03 m" in newtons.get_supxlabel()
+    P = ruler.force(float(dataset["P"][7]))
+    strips = studies.plot.shapes(real, H=0.03, given=P, states=["U"])
+    assert f"P = {P:.4g} N" in strips.axes[0].get_title("left")
+    assert f"{ruler.force(elastica.solve('U', P=dataset['P'][7].item(), H=0.1).reaction.max()):.4g} N" in (
+        strips.get_supxlabel()
+    )
+    with pytest.raises(StudyError, match=r"P = 1e\+06 is not in the dataset; give one from"):
+        studies.plot.shapes(real, H=0.03, given=1e6)
+
+
+@pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
+def test_units_that_are_not_understood_are_refused(dataset, ruler, kind):
+    real = dataset.elastica.physical(ruler)
+    inches = real.assign_coords(H=("H", real["H"].values / 0.0254, {"units": "in"}))
+    for wrong, message in (
+        (dataset.drop_attrs(), r"H has lost its attribute 'units': is it a number, or in m\?"),
+        (real.drop_attrs(), "has lost its attribute 'units'"),
+        (real.assign_coords(P=("P", real["P"].values)), "P has lost its attribute 'units'"),
+        (real.assign_coords(H=real["H"] * 1000), "H = 40 L cannot be; are its units right"),
+        (inches, "H is in units 'in', which are not understood; use 1 or m"),
+        (real.drop_attrs(deep=False), "no attribute 'strip' says of which strip"),
+    ):
+        with pytest.raises(StudyError, match=message):
+            getattr(wrong.elastica.plot, kind)()
+
+
+def test_millimetres_are_understood(dataset, ruler):
+    real = dataset.elastica.physical(ruler)
+    real = real.assign_coords(H=("H", real["H"].values * 1000, {"units": "mm"}))
+    strips = real.elastica.plot.shapes(H=30.0, states=["U"])
+    assert "H = 30 mm" in strips.get_supxlabel()
 
 
 @pytest.mark.parametrize("kind", ["chart", "bifurcation", "shapes"])
