@@ -1,12 +1,11 @@
-"""Clusters of dask workers: on this machine, started by somebody else, or jobs of a queueing system.
+"""Clusters of dask workers: started by somebody else, or jobs of a queueing system.
 
 What they compute is not their concern (`dispatch`), and what else the user computes with dask is not theirs.
 Addresses are loopback unless the user names another; traffic that leaves the machine can be encrypted, and
-that of jobs always is.
+that of jobs always is. Left out: workers on this machine, which need no cluster (`workers`).
 """
 
 import logging
-import signal
 from contextlib import ExitStack, contextmanager
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +13,6 @@ from shutil import which
 from tempfile import TemporaryDirectory
 
 from studies.errors import StudyError
-from studies.sandbox import MALLOC
 
 QUEUES = {
     "slurm": "SLURMCluster",
@@ -39,37 +37,6 @@ CERTIFICATES = (
 )
 """Where dask looks for the certificates of a client."""
 TALKATIVE = ("asyncio", "distributed", "distributed.client", "distributed.core", "tornado.application")
-
-
-@contextmanager
-def local_cluster(workers):
-    """A dask cluster of single-threaded processes on this machine, since netCDF is not thread-safe."""
-    import dask
-    from distributed import Client, LocalCluster
-
-    malloc = {f"distributed.nanny.pre-spawn-environ.{name}": value for name, value in MALLOC.items()}
-    patience = {"distributed.comm.timeouts.connect": "60s"}
-    with ExitStack() as stack:
-        # Ctrl-C reaches every process of the terminal; the workers inherit that they ignore it.
-        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        try:
-            # Patience for a busy machine at the start only: later it would be with workers that are gone.
-            with dask.config.set({**malloc, **SHORT_LOGS, **patience}):
-                cluster = stack.enter_context(
-                    LocalCluster(
-                        n_workers=workers,
-                        threads_per_worker=1,
-                        processes=True,
-                        dashboard_address="127.0.0.1:0",
-                        host="127.0.0.1",
-                        silence_logs=50,
-                    )
-                )
-                client = stack.enter_context(Client(cluster, set_as_default=False))
-        finally:
-            signal.signal(signal.SIGINT, interrupt)
-        with dask.config.set({"distributed.comm.timeouts.connect": "5s"}):
-            yield client
 
 
 @contextmanager

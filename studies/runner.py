@@ -4,7 +4,6 @@ Executors only dispatch. A block is solved the same way in this process, in a lo
 and written by whoever computed it; what comes back is its name.
 """
 
-import os
 import shutil
 import uuid
 from collections.abc import Callable
@@ -15,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.blocks import NAMED, Job, compute_block, versions
-from studies.cluster import local_cluster
 from studies.dispatch import dispatch
 from studies.errors import FailedPoints, StudyError
 from studies.files import open
@@ -39,6 +37,7 @@ from studies.shards import (
 from studies.sources import source_of
 from studies.study import NUMERICS_VERSION, Study
 from studies.whole_files import discard_temporaries
+from studies.workers import local_workers, processors
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -58,7 +57,7 @@ class Policy(NamedTuple):
     workers : int, optional
         Worker processes on this machine; 0 computes in this process, where a crash ends the run and
         nothing limits the time. By default as many as there are processors, and one when the whole
-        study takes but seconds. A single worker is a helper of this process; more are a dask cluster.
+        study takes but seconds.
     cluster : callable, optional
         Gives a context manager of a dask client, to be used instead; called when the folder of the shards
         is there and locked, and only if there is something to compute.
@@ -299,32 +298,35 @@ def _filling(folder, policy):
     with ExitStack() as stack:
         started, tally = [], Tally()
 
-        def client(count):
+        def workers(count):
             if not started:
-                cluster = policy.cluster() if policy.cluster else local_cluster(count)
-                started.append(stack.enter_context(cluster))
+                if policy.cluster:
+                    client = stack.enter_context(policy.cluster())
+                    probe = stack.enter_context(_probe(folder))
+                    started.append(lambda blocks, job: dispatch(client, blocks, job._replace(probe=probe)))
+                else:
+                    started.append(stack.enter_context(local_workers(count)))
             return started[0]
 
-        yield partial(_fill, folder=folder, policy=policy, tally=tally, client=client), tally
+        yield partial(_fill, folder=folder, policy=policy, tally=tally, workers=workers), tally
 
 
-def _fill(plan, folder, policy, tally, client):
+def _fill(plan, folder, policy, tally, workers):
     """Compute until every block has an intact shard: the shards."""
     for _ in range(ROUNDS):
         shards = find_shards(folder, plan.blocks, plan.identity)
         todo = [block for block in plan.blocks if block not in shards]
         if not todo:
             return shards
-        _compute(plan, todo, folder, policy, tally, client)
+        _compute(plan, todo, folder, policy, tally, workers)
     raise StudyError(f"{folder}: shards are damaged as soon as they are written; look after the disk")
 
 
-def _compute(plan, todo, folder, policy, tally, client):
+def _compute(plan, todo, folder, policy, tally, workers):
     """Compute blocks."""
-    with ExitStack() as stack:
-        results = _results(plan, todo, folder, policy, stack, client)
-        points, left = (sum(block.points for block in some) for some in (plan.blocks, todo))
-        advance = stack.enter_context(progress(points, points - left))
+    results = _results(plan, todo, folder, policy, workers)
+    points, left = (sum(block.points for block in some) for some in (plan.blocks, todo))
+    with progress(points, points - left) as advance:
         for done in _kept(results, folder):
             advance(done.points)
             tally.count += done.failures
@@ -347,22 +349,21 @@ def _kept(results, folder):
         ) from None
 
 
-def _results(plan, todo, folder, policy, stack, client):
-    """What the blocks gave, as they finish; `client` gives that of so many workers."""
+def _results(plan, todo, folder, policy, workers):
+    """What the blocks gave, as they finish; `workers` starts so many of them."""
     limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
     job = Job(plan.task, plan.identity, folder, versions(), "", limit, policy.raises)
     count = min(processors() if policy.workers is None else policy.workers, len(todo))
     if policy.cluster is None:
         if policy.workers == 0:
             job = job._replace(limit=None)
-        # One process beside this one survives as much as a cluster of one, and starts at once.
+        # One helper needs no thread to wait for it.
         if count <= 1 or (policy.workers is None and plan.small):
             return (compute_block(block, job) for block in todo)
     if plan.study.grid.refine is not None:
         # Of a refined study nobody knows how many blocks are to come.
         count = policy.workers or processors()
-    job = job._replace(probe=stack.enter_context(_probe(folder)))
-    return dispatch(client(count), todo, job)
+    return workers(count)(todo, job)
 
 
 @contextmanager
@@ -374,8 +375,3 @@ def _probe(folder):
         yield path.name
     finally:
         path.unlink(missing_ok=True)
-
-
-def processors():
-    """Processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()

@@ -176,8 +176,8 @@ def _summarise(ctx, output):
 def plan(study, workers):
     """Say what a run would compute, how large and how long; solve nothing."""
     from studies.plan import Plan
-    from studies.runner import processors
     from studies.study import Study
+    from studies.workers import processors
 
     for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
         click.echo(line)

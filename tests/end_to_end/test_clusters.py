@@ -14,7 +14,7 @@ from end_to_end.processes import ByHand, elastica
 import studies
 from studies import Study, StudyError, cluster, dispatch, runner
 from studies.blocks import prove, versions
-from studies.cluster import local_cluster, queued_cluster, running_cluster
+from studies.cluster import queued_cluster, running_cluster
 from studies.command_line import main
 from studies.files import identify
 from studies.study import NUMERICS_VERSION
@@ -198,6 +198,10 @@ def test_a_job_that_ends_before_the_run_is_submitted_again(tmp_path, monkeypatch
     ):
         address = other_than([], client)
         assert address.startswith("tls://")
+        # The user's own dask arrays go where they went before.
+        assert dask.config.get("scheduler", None) is None
+        with pytest.raises(ValueError, match="No clients found"):
+            default_client()
         [process] = [int(job.job_id) for job in client.cluster.workers.values()]
         os.kill(process, signal.SIGKILL)
         other_than([address], client)
@@ -212,12 +216,3 @@ def test_options_that_contradict_each_other_are_one_sentence(toml):
         result = CliRunner().invoke(main, ["run", str(toml), *options])
         assert result.exit_code == 2
         assert sentence in result.output
-
-
-def test_a_cluster_is_not_what_the_user_computes_with():
-    """The user's own dask arrays go where they went before, while a study runs and after it."""
-    with local_cluster(1) as client:
-        assert dask.config.get("scheduler", None) is None
-        with pytest.raises(ValueError, match="No clients found"):
-            default_client()
-        assert client.submit(abs, -1).result() == 1

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from distributed import Client, LocalCluster
 from end_to_end.test_growing import altered
 
 import studies
 from elastica import Status
 from studies import Study, StudyError, runner
-from studies.cluster import local_cluster
 from studies.command_line import main
 from studies.files import identify
 from studies.merging import merge
@@ -168,7 +168,10 @@ def test_refined_datasets_are_merged_and_what_none_computed_stays_unknown(study,
 
 
 def test_a_refined_study_on_workers_that_are_there_already(study, refined, tmp_path):
-    with local_cluster(1) as client:
+    with (
+        LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as cluster,
+        Client(cluster, set_as_default=False) as client,
+    ):
         studies.run(study, tmp_path / "again.nc", client=client, block_points=200).close()
     assert identify(tmp_path / "again.nc")["content_hash"] == identify(refined)["content_hash"]
 
