@@ -68,11 +68,7 @@ def alternating(segments, table):
     """
     p, H = table.p, table.H
     roots = Roots.none(segments, p.size)
-    slack = sum(count * rough_line_length(segment, p, H) for segment, count in segments.items()) - 1
-    close = np.flatnonzero(~(np.abs(slack) > LEAVING))
-    lam = np.stack([line_force(segment, p[close], H[close]) for segment in segments])
-    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(close.size), lam)
-    slack[close] = np.where(line.found, total_length(segments, p[close], line) - 1, np.inf)
+    slack, close, line = _slack(segments, p, H)
     flattened = np.flatnonzero(np.abs(slack[close]) <= 4 * ROUNDING)
     roots.put(close[flattened], line.at(flattened))
 
@@ -100,6 +96,33 @@ def alternating(segments, table):
             reached.put(left, _move_walls(segments, free, p[left], (height, H[left]), FAR))
     roots.put(steep, reached)
     return roots
+
+
+def is_longer(segments, table):
+    """Whether the segments are longer than the strip at κ = 0, and shorter as taut strings.
+
+    Their length falls with κ, so somewhere in between there is a root.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    slack, _, _ = _slack(segments, table.p, table.H)
+    taut = sum(count * segment.rise for segment, count in segments.items()) * table.H
+    return (slack > 4 * ROUNDING) & (taut < 1)
+
+
+def _slack(segments, p, H):
+    """Length of the segments at κ = 0 less that of the strip, infinite beyond their fold.
+
+    Also where that is close to zero and so not rough, and the line states there.
+    """
+    slack = sum(count * rough_line_length(segment, p, H) for segment, count in segments.items()) - 1
+    close = np.flatnonzero(~(np.abs(slack) > LEAVING))
+    lam = np.stack([line_force(segment, p[close], H[close]) for segment in segments])
+    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(close.size), lam)
+    slack[close] = np.where(line.found, total_length(segments, p[close], line) - 1, np.inf)
+    return slack, close, line
 
 
 def _quarter(segments):

@@ -224,7 +224,7 @@ class Loads:
         -------
         Branch
         """
-        place, roots = known or every_root(segments, self.table)
+        place, roots = known or every_root(segments, self.table)[:2]
         p, gap = self.table.p[place], self.gap[place]
         found = Points(np.ones(place.size, bool), roots.kappa / np.sqrt(p), p, roots.lam)
         branch = Branch.of(segments, self.H, gap, found)

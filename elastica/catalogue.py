@@ -14,7 +14,7 @@ from elastica.equilibrium import CHUNK, every, find
 from elastica.inputs import broadcast
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
-from elastica.solution import prescribed, solution_of, solve, unusable
+from elastica.solution import prescribed, solution_of, solve, unfollowed, unusable
 from elastica.states import parse_state, states
 from elastica.sweep import Table
 
@@ -38,6 +38,9 @@ class FoundStates:
         NaN beyond the contacts of the state.
     reasons : dict of int to str
         Why a point failed, by its flat index.
+    not_followed : dict of int to tuple of str
+        States that may be there beyond the end of the search, by the flat index of the point: steeper than
+        90°, as a rule. They are no rows.
     labels : dict of str to ndarray, shape (rows,)
         Where P or H is a DataArray, labels of the point along each dimension.
     """
@@ -62,6 +65,7 @@ class FoundStates:
     reaction: np.ndarray
     contact_position: np.ndarray
     reasons: dict[int, str]
+    not_followed: dict[int, tuple[str, ...]]
     labels: dict[str, np.ndarray]
 
     def __len__(self) -> int:
@@ -78,11 +82,16 @@ class FoundStates:
                 f"{Stability(int(self.stability[row])).name.lower():<22} {self.index[row]:>5} "
                 f"{self.energy[row]:>16.9g} {self.shortening[row]:>12.6g}"
             )
+        if self.not_followed:
+            names = dict.fromkeys(name for some in self.not_followed.values() for name in some)
+            lines.append(f"not followed, mostly beyond 90 degrees: {' '.join(names)}")
         return "\n".join(lines)
 
 
 COLUMNS = [
-    f.name for f in fields(FoundStates) if f.name not in ("ends", "point", "state", "reasons", "labels")
+    f.name
+    for f in fields(FoundStates)
+    if f.name not in ("ends", "point", "state", "reasons", "not_followed", "labels")
 ]
 
 
@@ -127,10 +136,13 @@ def find_states(
     reasons = unusable(control, given, H)
     good = np.setdiff1d(np.arange(given.size), list(reasons))
     found = search(names, ends, control, given[good], H[good], admissible=True)
-    rows = []
+    rows: list[tuple] = []
+    lost: dict[int, list[str]] = {}
     for point, number, solution in found:
         name = solution.state.name
         roots = np.array([name, *(f"{name}:{n}" for n in range(2, number.max(initial=1) + 1))])
+        for i in np.flatnonzero(solution.status == Status.NOT_FOLLOWED):
+            lost.setdefault(int(good[point[i]]), []).append(str(roots[number[i] - 1]))
         keep = np.flatnonzero(solution.status == Status.SOLVED)
         rows.append((good[point[keep]], roots[number[keep] - 1], solution, keep))
     columns = {
@@ -145,7 +157,15 @@ def find_states(
     if labels is not None and labels.dims:
         along = np.unravel_index(point, shape)
         named = {dim: labels[dim].values[at] for dim, at in zip(labels.dims, along, strict=True)}
-    return FoundStates(ends, point, state[order], **columns, reasons=reasons, labels=named)
+    return FoundStates(
+        ends,
+        point,
+        state[order],
+        **columns,
+        reasons=reasons,
+        not_followed={at: tuple(names) for at, names in sorted(lost.items())},
+        labels=named,
+    )
 
 
 def _padded(values, contacts):
@@ -157,6 +177,8 @@ def _padded(values, contacts):
 
 def search(names, ends, control, given, H, admissible=False):
     """Solve names and all further roots of the words among them.
+
+    Where there may be more roots beyond the end of the search, the next one is `not_followed`.
 
     Parameters
     ----------
@@ -196,13 +218,18 @@ def search(names, ends, control, given, H, admissible=False):
                     solution = solve(name, H=gap, ends=ends, **{control: value})
                     yield points, np.ones_like(points), solution
                     continue
+                beyond = np.zeros(value.size, bool)
                 if control != "P":
-                    found = targets.every(state, ends)
+                    found, beyond = targets.every(state, ends)
                 elif state.mode:
-                    found = find(state, ends, p, gap)
+                    found, _ = find(state, ends, p, gap)
                 else:
-                    found = every(state, ends, p[pressed], gap[pressed], table)
+                    found, beyond[pressed] = every(state, ends, p[pressed], gap[pressed], table)
                     found = found._replace(point=pressed[found.point])
+                if beyond.any():
+                    own = np.flatnonzero(beyond)
+                    numbers = np.bincount(found.point, minlength=beyond.size)[own] + 1
+                    yield points[own], numbers, unfollowed(state, ends, control, value[own], gap[own])
                 if admissible:
                     pull = np.abs(found.lam).max(axis=0, initial=0)
                     pushes = (found.lam[:-1] + found.lam[1:] >= -1e-9 * pull).all(axis=0)

@@ -11,13 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.alternating import alternating
+from elastica.admissibility import clearance
+from elastica.alternating import alternating, is_longer
 from elastica.branch import free_branch
 from elastica.elliptic import complementary_parameter
 from elastica.euler import euler_root
 from elastica.newton import Bracket, Roots, newton, total_length
-from elastica.patterns import Group, groups, most_periods
-from elastica.segments import pendulum
+from elastica.patterns import Group, groups, most_periods, unsearched
+from elastica.segments import arc, pendulum
 from elastica.sweep import Table, every_root
 
 LARGEST_K = 350.0
@@ -69,23 +70,45 @@ def find(state, ends, p, H):
 
     Returns
     -------
-    Equilibria
+    found : Equilibria
         With at most one column a point: none where the state has no equilibrium with |θ| < 90°, nor a
         steeper one on the branch that grows from small deflections or from a free shape that touches
         the wall.
+    unfollowed : ndarray of bool, shape (n,)
+        Where it was not found, but may lie beyond the end of the search (see `every`).
     """
+    unfollowed = np.zeros(p.size, bool)
     if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
         plain = first(state, ends, Table(p, H))
         there = np.full(p.size, bool(state.mode))
         there[plain.point] = True
         if there.all():
-            return plain
+            return plain, unfollowed
         missing = np.flatnonzero(~there)
-        others = numbered([_others(state, ends, p[missing], H[missing])])
-        others = others._replace(point=missing[others.point])
-        return _sorted([plain, others.at(others.number == 1)])
-    found = every(state, ends, p, H)
-    return found.at(found.number == state.root)
+        others, beyond = _others(state, ends, p[missing], H[missing])
+        beyond |= _taut(state, ends, Table(p[missing], H[missing]))
+        others, unfollowed[missing] = of_root(state, numbered([others]), beyond)
+        return _sorted([plain, others._replace(point=missing[others.point])]), unfollowed
+    return of_root(state, *every(state, ends, p, H))
+
+
+def of_root(state, found, beyond):
+    """The root that a state's name has of all that were found, and where it may lie beyond the search.
+
+    Parameters
+    ----------
+    state : State
+    found : Equilibria
+    beyond : ndarray of bool, shape (n,)
+        As `every` gives it.
+
+    Returns
+    -------
+    found : Equilibria
+    unfollowed : ndarray of bool, shape (n,)
+    """
+    there = np.bincount(found.point, minlength=beyond.size)
+    return found.at(found.number == state.root), (there < state.root) & beyond
 
 
 def every(state, ends, p, H, table=None):
@@ -105,13 +128,21 @@ def every(state, ends, p, H, table=None):
 
     Returns
     -------
-    Equilibria
+    found : Equilibria
+    beyond : ndarray of bool, shape (n,)
+        Where there may be more beyond the end of the search: at 90°, at a taut string or at the most further
+        periods. What would have to pull or to pass a wall there does not count.
     """
     points = table or Table(p, H)
     if state.line:
-        return _lines(state, ends, points)
-    plain = [first(state, ends, points)] if alternates(state, ends) else []
-    return numbered([*plain, _others(state, ends, p, H, table)])
+        return _lines(state, ends, points), unsearched(state, ends, p, H)
+    others, beyond = _others(state, ends, p, H, table)
+    if not alternates(state, ends):
+        return numbered([others]), beyond
+    plain = first(state, ends, points)
+    lost = np.setdiff1d(np.arange(p.size), plain.point, assume_unique=True)
+    beyond[lost] |= _taut(state, ends, Table(p[lost], H[lost]))
+    return numbered([plain, others]), beyond
 
 
 def alternates(state, ends):
@@ -141,9 +172,18 @@ def first(state, ends, table):
     return spread(plain, group, found, roots.at(found), table.p[found], number=1)
 
 
+def _taut(state, ends, table):
+    """Whether a word that alternates has its root all the same where it was not found: a taut string."""
+    (group,) = groups(state, ends, 0)
+    return is_longer(group.segments, table)
+
+
 def _others(state, ends, p, H, table=None):
-    """Roots that a sweep finds: those with further periods, and of words that do not alternate all."""
-    found = []
+    """Roots that a sweep finds: those with further periods, and of words that do not alternate all.
+
+    Also where there may be more beyond, as `every` tells.
+    """
+    found, beyond = [], unsearched(state, ends, p, H)
     least = int(alternates(state, ends))
     pressed = np.flatnonzero(p > 0)
     if table is None:
@@ -153,9 +193,26 @@ def _others(state, ends, p, H, table=None):
         shared = table or Table(p[points], H[points])
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
-                place, roots = every_root(group.segments, shared)
-                found.append(spread(state.segments(ends), group, points[place], roots, p[points[place]]))
-    return _sorted(found) if found else no_equilibria(len(state.word) + 1)
+                sweep = every_root(group.segments, shared)
+                place = points[sweep.points]
+                found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
+                place = points[sweep.cut_points]
+                beyond[place[_possible(state, ends, group, sweep.cut, p[place], H[place])]] = True
+    return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
+
+
+def _possible(state, ends, group, cut, p, H):
+    """Indices of those ends of a sweep at which, in some pattern, all contacts push.
+
+    What pulls or passes a wall there does so beyond, and no strip is longer than itself.
+    """
+    rises = sum(count * segment.rise for segment, count in group.segments.items())
+    some = np.flatnonzero((rises * H < 1) & ~(cut.lam.max(axis=0) < 0))
+    patterns = spread(state.segments(ends), group, some, cut.at(some), p[some])
+    some = np.unique(patterns.point[~(patterns.lam[:-1] + patterns.lam[1:] < 0).any(axis=0)])
+    q = [pendulum(p[some], cut.kappa[some], lam) for lam in cut.lam[:, some]]
+    arcs = [arc(segment.kind, own) for segment, own in zip(group.segments, q, strict=True)]
+    return some[~(clearance(arcs, group.segments, H[some]) < 0)]
 
 
 def _lines(state, ends, table):

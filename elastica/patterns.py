@@ -63,14 +63,20 @@ def most_periods(state, ends, p):
     Searched are up to 8 further periods in all, fewer for long words: no more than have 1,000 patterns.
     """
     places = sum(segment.start != segment.end for segment in state.segments(ends))
-    room = int(np.sqrt(np.max(p, initial=0.0)) / SHORTEST_PERIOD)
+    room = np.sqrt(np.max(p, initial=0.0)) / SHORTEST_PERIOD
     total, count = 0, 1
-    while total < min(room, MOST_PERIODS):
+    while total + 1 <= min(room, MOST_PERIODS):
         count *= (total + places) / (total + 1)
         if count > MOST_PATTERNS:
             break
         total += 1
     return total
+
+
+def unsearched(state, ends, p, H):
+    """Where a strip that reaches its walls has room for more periods than are searched, shape (n,)."""
+    rises = sum(segment.rise for segment in state.segments(ends))
+    return (np.sqrt(p) >= SHORTEST_PERIOD * (most_periods(state, ends, np.inf) + 1)) & (rises * H < 1)
 
 
 def _compositions(total, places):

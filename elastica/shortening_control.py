@@ -49,36 +49,46 @@ class Targets:
 
         Returns
         -------
-        Equilibria
+        found : Equilibria
             `point` counts the points given.
+        beyond : ndarray of bool, shape (n,)
+            Where there may be more beyond what is traced: at shortenings greater than any there.
         """
         if not self.H.size:
-            return no_equilibria(len(state.word) + 1)
+            return no_equilibria(len(state.word) + 1), np.zeros(0, bool)
         if state.mode:
             return self._free(state, ends)
-        found = [no_equilibria(len(state.word) + 1)]
+        found, most = [no_equilibria(len(state.word) + 1)], np.zeros(self.H.size)
         for periods in range(MOST_PERIODS + 1):
             for group in groups(state, ends, periods):
                 if state.line:
-                    which, p, roots = self._line(group.segments)
+                    which, p, roots = self._line(group.segments, most)
                 else:
-                    which, p, roots = self._point(group.segments, not periods and alternates(state, ends))
+                    alternate = not periods and alternates(state, ends)
+                    which, p, roots = self._point(group.segments, alternate, most)
                 found.append(spread(state.segments(ends), group, which, roots, p))
-        return numbered(found)
+        return numbered(found), self.shortening > most[self.gap]
 
-    def _point(self, segments, alternate):
-        """Point regime; of alternating words without further periods with angles beyond 90°."""
+    def _point(self, segments, alternate, most):
+        """Point regime; of alternating words without further periods with angles beyond 90°.
+
+        Also raises `most` to the greatest shortening that is traced at each gap.
+        """
         known = None
         if alternate:
             roots = alternating(segments, self.loads.table)
             place = np.flatnonzero(roots.found)
             known = place, roots.at(place)
         branch = self.loads.trace(segments, known)
+        np.maximum.at(most, branch.gap, branch.shorter)
         which, points = at_shortening(segments, branch, self.H, self.shortening, self.gap)
         return which, points.p, points.roots
 
-    def _line(self, segments):
-        """Line regime, where the strip is long enough for its segments: a load for each crossing."""
+    def _line(self, segments, most):
+        """Line regime, where the strip is long enough for its segments: a load for each crossing.
+
+        Also raises `most`, as `_point` does.
+        """
         shape = (-1, self.H.size)
         p, H = (values.reshape(shape) for values in (self.loads.table.p, self.loads.table.H))
         fits = np.isfinite(_lines(segments, p, H))
@@ -94,7 +104,9 @@ class Targets:
         edges[node, gap] = inside
         between = np.where(np.isnan(edges), p[:-1], edges)
         nodes = np.concatenate([np.stack([p[:-1], between], axis=1).reshape(shape), p[-1:]])
-        missing = _lines(segments, nodes, np.broadcast_to(self.H, nodes.shape))[:, self.gap] - self.shortening
+        shorter = _lines(segments, nodes, np.broadcast_to(self.H, nodes.shape))
+        np.fmax(most, np.fmax.reduce(shorter, axis=0), out=most)
+        missing = shorter[:, self.gap] - self.shortening
         node, which = np.nonzero(missing[:-1] * missing[1:] < 0)
         low, high = (nodes[side, self.gap[which]] for side in (node, node + 1))
         H, target = self.H[self.gap[which]], self.shortening[which]
@@ -118,7 +130,8 @@ class Targets:
         lam = (np.interp(start, k, ratio) * start * load)[None]
         points = settle(group.segments, np.zeros_like(load), start, load, lam, target, bracket)
         good = points.found
-        return spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
+        found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
+        return found, self.shortening >= shorter[-1]
 
 
 def _lines(segments, p, H):

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import find, unresolved_load
+from elastica.equilibrium import find, of_root, unresolved_load
 from elastica.euler import euler_root
 from elastica.inputs import broadcast
 from elastica.properties import bent, straight
@@ -236,9 +236,10 @@ def solve(
     usable[list(reasons)] = False
     at = np.flatnonzero(usable)
     with np.errstate(all="ignore"):
-        at, values = _values(state, ends, control, given, H, at)
+        lost, at, values = _values(state, ends, control, given, H, at)
     arrays = blank(state, given.size)
     arrays["status"][usable] = Status.NO_EQUILIBRIUM
+    arrays["status"][lost] = Status.NOT_FOLLOWED
     for name, value in values.items():
         arrays[name][at] = value
     arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
@@ -280,22 +281,47 @@ def solution_of(state, ends, control, given, H, found):
     return Solution(state, ends, control, H=H, **arrays)
 
 
+def unfollowed(state, ends, control, given, H):
+    """A solution at m points where the search for a state ended before it could tell.
+
+    Parameters
+    ----------
+    state : State
+    ends : Ends
+    control : str
+    given, H : ndarray, shape (m,)
+        The prescribed values, and gaps.
+    """
+    arrays = blank(state, H.size)
+    arrays["status"][:] = Status.NOT_FOLLOWED
+    arrays[control] = given
+    return Solution(state, ends, control, H=H, **arrays)
+
+
 def _values(state, ends, control, given, H, at):
-    """Properties of a state at the flat indices `at`: those where it is an equilibrium, and their values."""
+    """Properties of a state at the flat indices `at`.
+
+    Returns
+    -------
+    lost, at : ndarray of int
+        Where it may be beyond the end of the search; where it is an equilibrium.
+    values : dict of str to ndarray
+        There.
+    """
     if control == "P":
         p = FOUR_PI_SQUARED * given[at]
         if state.straight:
-            return at, straight(ends, p, H[at])
-        found = find(state, ends, p, H[at])
+            return at[:0], at, straight(ends, p, H[at])
+        found, lost = find(state, ends, p, H[at])
     elif state.straight:
         # The straight strip has no shortening, and any load up to the one at which it buckles.
         at = at[given[at] == 0]
-        return at, straight(ends, np.full(at.size, float(euler_root(1, ends)) ** 2), H[at])
+        return at[:0], at, straight(ends, np.full(at.size, float(euler_root(1, ends)) ** 2), H[at])
     else:
-        found = Targets(given[at], H[at], len(state.word)).every(state, ends)
-        found = found.at(found.number == state.root)
-    at = at[found.point]
-    return at, bent(state, ends, H[at], found, control == "shortening")
+        found, beyond = Targets(given[at], H[at], len(state.word)).every(state, ends)
+        found, lost = of_root(state, found, beyond)
+    lost, at = at[lost], at[found.point]
+    return lost, at, bent(state, ends, H[at], found, control == "shortening")
 
 
 MISSING = {

@@ -106,7 +106,8 @@ def _quarters():
 class Lengths(NamedTuple):
     """One kind of segment along the nodes of κ: λ, length and D, shape (nodes, n); NaN out of range.
 
-    `shortest` and `longest` are the extremes of the length over the nodes, shape (n,).
+    `shortest` and `longest` are the extremes of the length over the nodes, `last` is the last node in range,
+    −1 if there is none, shape (n,).
     """
 
     lam: np.ndarray
@@ -114,6 +115,7 @@ class Lengths(NamedTuple):
     D: np.ndarray
     shortest: np.ndarray
     longest: np.ndarray
+    last: np.ndarray
 
     @classmethod
     def of(cls, lam, length, D):
@@ -121,7 +123,8 @@ class Lengths(NamedTuple):
         known = ~np.isnan(length)
         shortest = np.where(known, length, np.inf).min(axis=0)
         longest = np.where(known, length, -np.inf).max(axis=0)
-        return cls(lam, length, D, shortest, longest)
+        last = np.logical_and.accumulate(known, axis=0).sum(axis=0) - 1
+        return cls(lam, length, D, shortest, longest, last)
 
 
 class Table:
@@ -252,8 +255,28 @@ def _settle(segment, p, H, kappa, lam):
     return lam, length, D, along, steepest(segment.kind, pendulum(p, kappa, lam))
 
 
+class Sweep(NamedTuple):
+    """What the sweep of one set of segments finds below 90°, and where it ends at 90° too early to tell.
+
+    Attributes
+    ----------
+    points : ndarray of int, shape (roots,)
+    roots : Roots
+        κ (roots,) and λ (distinct segments, roots), in no particular order.
+    cut_points : ndarray of int, shape (cuts,)
+    cut : Roots
+        Where Σnℓ = 1 beyond 90°, or at 90° if Σnℓ − 1 still goes to zero there; NaN if a segment is steeper
+        from κ = 0 on.
+    """
+
+    points: np.ndarray
+    roots: Roots
+    cut_points: np.ndarray
+    cut: Roots
+
+
 def every_root(segments, table):
-    """All roots of Σnℓ = 1 below 90° for one set of segments, in no particular order.
+    """All roots of Σnℓ = 1 below 90° for one set of segments, and where there may be more beyond.
 
     Parameters
     ----------
@@ -262,16 +285,15 @@ def every_root(segments, table):
 
     Returns
     -------
-    points : ndarray of int, shape (roots,)
-    roots : Roots
-        κ (roots,) and λ (distinct segments, roots).
+    Sweep
     """
     rows = [(table.of(segment), count) for segment, count in segments.items()]
+    cut_points, cut = _cut(segments, table, rows)
     shortest = sum(count * row.shortest for row, count in rows)
     longest = sum(count * row.longest for row, count in rows)
     near = np.flatnonzero((shortest < 1 + NEARLY) & (longest > 1 - NEARLY))
     if not near.size:
-        return near, Roots.none(segments, 0)
+        return Sweep(near, Roots.none(segments, 0), cut_points, cut)
     excess = sum(count * row.length[:, near] for row, count in rows) - 1
     pivot = sum(count * row.D[:, near] for row, count in rows)
     _sharpen_start(segments, table, near, excess)
@@ -306,8 +328,31 @@ def every_root(segments, table):
         for sides in zip(*(bracket[1:] for bracket in brackets), strict=True)
     )
     roots = _refine(segments, table.p[points], table.H[points], low, high)
-    good = roots.found & below_right_angles(segments, table.p[points], roots)
-    return points[good], roots.at(good)
+    below = below_right_angles(segments, table.p[points], roots)
+    good, steep = roots.found & below, np.flatnonzero(roots.found & ~below)
+    cut_points, cut = _together((cut_points, cut), (points[steep], roots.at(steep)))
+    return Sweep(points[good], roots.at(good), cut_points, cut)
+
+
+def _together(*parts):
+    """Points with their roots, side by side."""
+    points, roots = zip(*parts, strict=True)
+    return np.concatenate(points), Roots(*(np.concatenate(f, axis=-1) for f in zip(*roots, strict=True)))
+
+
+def _cut(segments, table, rows):
+    """Points at which Σnℓ − 1 goes to zero at the last node, and the state there."""
+    last = np.min([row.last for row, _ in rows], axis=0)
+    never = np.flatnonzero(last < 0)
+    some = np.flatnonzero(last >= 0)
+    place = last[some], some
+    excess = sum(count * row.length[place] for row, count in rows) - 1
+    pivot = sum(count * row.D[place] for row, count in rows)
+    going = np.flatnonzero(excess * pivot < 0)
+    node, points = last[some[going]], some[going]
+    lam = np.stack([row.lam[node, points] for row, _ in rows])
+    at_last = Roots(np.ones(points.size, bool), table.kappa[node, points], lam)
+    return _together((never, Roots.none(segments, never.size)), (points, at_last))
 
 
 def _sharpen_start(segments, table, near, excess):

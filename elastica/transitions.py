@@ -261,9 +261,10 @@ def _number(state, ends, solution, wanted):
         numbers[own] = 1
     elif own.size:
         if solution.control == "P":
-            found = every(state, ends, FOUR_PI_SQUARED * solution.P[own], solution.H[own])
+            found, _ = every(state, ends, FOUR_PI_SQUARED * solution.P[own], solution.H[own])
         else:
-            found = Targets(solution.shortening[own], solution.H[own], len(state.word)).every(state, ends)
+            targets = Targets(solution.shortening[own], solution.H[own], len(state.word))
+            found, _ = targets.every(state, ends)
         away = np.abs(found.kappa - solution.curvature[own][found.point])
         same = (found.periods.T == solution.periods[own][found.point]).all(axis=1)
         same &= away < 1e-6 * np.sqrt(found.p)

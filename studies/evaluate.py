@@ -194,6 +194,9 @@ def solve_points(ends, H, control, given, task, within=here):
             extra = tuple(slice(size) for size in value.shape[1:])
             arrays[variable][(points, state, *extra)] = value
         failed += [(int(points[i]), state, reason) for i, reason in reasons.items()]
+    status = arrays["status"]
+    for state, name in enumerate(names):
+        status[:, state] = absent(name, status[:, state], status, names)
     return names, arrays, sorted(failed)
 
 
@@ -218,6 +221,29 @@ def unknown(name, variable, shape, states, ends):
         known = [is_canonical(state.partition(":")[0], ends) for state in states]
         values[..., known] = Status.NO_EQUILIBRIUM
     return values
+
+
+def absent(name, status, among, states):
+    """Status of a state where it was not found: if a root of its word was not followed, neither was it.
+
+    Parameters
+    ----------
+    name : str
+    status : ndarray of int, shape (...)
+        NO_EQUILIBRIUM where it was not found.
+    among : ndarray of int, shape (..., states)
+        Status of other roots of the word, among others.
+    states : sequence of str
+        Their labels.
+
+    Returns
+    -------
+    ndarray of int, shape (...)
+    """
+    word = name.partition(":")[0]
+    roots = [number for number, state in enumerate(states) if state.partition(":")[0] == word]
+    lost = (among[..., roots] == Status.NOT_FOLLOWED).any(axis=-1)
+    return np.where(lost & (status == Status.NO_EQUILIBRIUM), Status.NOT_FOLLOWED, status)
 
 
 def word_failed(status, states):

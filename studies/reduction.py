@@ -11,7 +11,7 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
-from studies.evaluate import unknown, word_failed
+from studies.evaluate import absent, unknown, word_failed
 from studies.events import join_events, write_events
 from studies.files import (
     chunks,
@@ -329,7 +329,9 @@ def read_rows(source, group, ends, H, given, names, values):
                 )
                 target[(rows, columns, state, *extra)] = array[(which, place[label], *extra)]
             else:
-                target[rows, columns, state] = nowhere[state] if name == "status" else variable.missing
+                target[rows, columns, state] = variable.missing
+                if name == "status":
+                    target[rows, columns, state] = absent(label, nowhere[state], arrays["status"], place)
 
 
 def _searched(source, label):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Event, Stability, Status
-from studies.evaluate import solve_points, unknown, word_failed
+from studies.evaluate import absent, solve_points, unknown, word_failed
 from studies.events import Gaps, find_events, in_order, place_of
 from studies.schema import VARIABLES, coordinates, per_state
 
@@ -125,6 +125,8 @@ def _labelled(solved, found, names, study, ends):
         for state, place in common if name in solved else ():
             extra = tuple(slice(min(both)) for both in zip(sizes[2:], solved[name].shape[2:], strict=True))
             arrays[name][(slice(None), state, *extra)] = solved[name][(slice(None), place, *extra)]
+    for state, name in enumerate(names):
+        arrays["status"][:, state] = absent(name, arrays["status"][:, state], solved["status"], found)
     return arrays
 
 

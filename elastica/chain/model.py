@@ -61,7 +61,7 @@ class Model(NamedTuple):
         if status not in (Status.SOLVED, Status.INADMISSIBLE) or exact.flat_length[point] < 0:
             if self.profile.uniform:
                 # A chain cannot lie on itself: a line of negative length is no equilibrium of it.
-                lost = Status.FAILED if status == Status.FAILED else Status.NO_EQUILIBRIUM
+                lost = status if status in (Status.FAILED, Status.NOT_FOLLOWED) else Status.NO_EQUILIBRIUM
                 return Outcome({"status": lost}, None, exact.reasons.get(point))
             return Outcome({}, None, "no uniform strip of a similar stiffness has such a state to start from")
         try:

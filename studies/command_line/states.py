@@ -104,6 +104,8 @@ def _answer(name, ends, point, eigenvalues, method):
         _warn(doubt.message)
     if solution.reasons:
         raise StudyError(solution.reasons[0])
+    if solution.status == Status.NOT_FOLLOWED:
+        _warn(f"{solution.state.name} is not followed to here, mostly beyond 90 degrees; it may exist")
     answer = {
         "state": solution.state.name,
         "ends": str(solution.ends),

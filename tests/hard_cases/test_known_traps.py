@@ -117,7 +117,7 @@ def test_loads_from_zero_to_the_largest(H):
     for ends in (CC, CP, PP):
         for state in ("0", "B1", "B2", "U", "Ua", "U-"):
             s = elastica.solve(state, P=P, H=H, ends=ends)
-            assert np.isin(s.status, (0, 1, 2)).all() or state in ("B1", "B2")
+            assert (s.status != Status.FAILED).all() or state in ("B1", "B2")
             solved = s.status == Status.SOLVED
             assert np.isfinite(s.energy[solved]).all()
             assert (s.index[solved] >= 0).all()

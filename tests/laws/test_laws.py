@@ -127,4 +127,6 @@ def test_any_number_gives_an_answer_or_a_reason(P, H, ends):
         if not good:
             assert s.status[0] == Status.FAILED
         assert 1 not in s.reasons
-        assert np.isnan(s.curvature[0]) == (s.status[0] in (Status.FAILED, Status.NO_EQUILIBRIUM))
+        assert np.isnan(s.curvature[0]) == (
+            s.status[0] in (Status.FAILED, Status.NO_EQUILIBRIUM, Status.NOT_FOLLOWED)
+        )
