@@ -17,7 +17,7 @@ from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.evaluate import Block, Scattered, Task
 from studies.events import Gaps
-from studies.refinement import StableStates, first_points, next_points
+from studies.refinement import StableStates, first_places, next_points
 from studies.schema import coordinates, variables
 from studies.study import Study
 
@@ -116,22 +116,25 @@ class Plan:
             If there are more blocks than a run can keep account of.
         """
         grid, task = study.grid, study.task
-        wanted = np.ones((len(grid.ends), len(grid.H), len(grid.given)), bool)
-        if grid.refine is not None:
-            wanted &= first_points(wanted.shape[1:], grid.refine)
-        if known is not None:
-            wanted &= ~known.held
         if rest is not None:
-            names, wanted = rest
-            task = task._replace(names=names)
+            task = task._replace(names=rest[0])
         H, given = len(grid.H), len(grid.given)
         costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
         per_point = _bytes(study, task, points=1)
         blocks: list[Block] = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            cut = _rectangular if grid.refine is None else _scattered
-            blocks += islice(cut(grid, number, wanted[number], size), MOST_BLOCKS + 1 - len(blocks))
+            # Of a study that is computed whole no point is looked at: a plan costs what its blocks do.
+            wanted = None if known is None else ~known.held[number]
+            if rest is not None:
+                wanted = rest[1][number]
+            if grid.refine is None:
+                cut = _rectangular(grid, number, wanted, size)
+            elif rest is not None:
+                cut = _scattered(grid, number, np.nonzero(rest[1][number]), size)
+            else:
+                cut = _scattered(grid, number, _first_places(grid, wanted), size)
+            blocks += islice(cut, MOST_BLOCKS + 1 - len(blocks))
             if len(blocks) > MOST_BLOCKS:
                 raise StudyError(
                     f"study {study.name}: more than {MOST_BLOCKS:,} blocks are too many; use a smaller grid, "
@@ -237,11 +240,12 @@ class Plan:
     def _of_refinement(self):
         """Lines that tell what is certain of a refined study, and what it cannot exceed."""
         first = sum(block.points for block in self.blocks)
-        grid = self.study.grid.model_copy(update={"refine": None})
-        dense = Plan.of(self.study.model_copy(update={"grid": grid}))
+        grid = self.study.grid
+        costs = [_costs(self.task, ends, grid.control) for ends in grid.ends]
+        every = sum(some.seconds(len(grid.H) * len(grid.given), len(grid.H)) for some in costs)
         yield (
             f"refined   {first:,} points first, the coarse grid and its audit; then where the stable states "
-            f"change, at most all: {readable_time(dense.seconds)} of work"
+            f"change, at most all: {readable_time(every)} of work"
         )
         if grid.control != "P":
             yield (
@@ -259,8 +263,11 @@ class Costs(NamedTuple):
 
     def of(self, block):
         """Seconds of a block."""
-        chunks = ceil(block.points / CHUNK)
-        return self.chunk * chunks + self.gap * len(set(block.H)) + self.point * block.points
+        return self.seconds(block.points, len(set(block.H)) if self.gap else 0)
+
+    def seconds(self, points, gaps):
+        """Seconds of points that are solved together, at so many gaps."""
+        return self.chunk * ceil(points / CHUNK) + self.gap * gaps + self.point * points
 
 
 def _event_costs(names, ends):
@@ -310,20 +317,31 @@ def _rectangular(grid, number, wanted, size):
                 yield Block(place, grid.ends[number], H, grid.control, given)
 
 
-def _scattered(grid, number, wanted, size):
+def _first_places(grid, wanted):
+    """Positions of the first points of a refined grid, of those that are wanted."""
+    places = first_places((len(grid.H), len(grid.given)), grid.refine)
+    if wanted is None:
+        return places
+    there = wanted[places]
+    return tuple(place[there] for place in places)
+
+
+def _scattered(grid, number, places, size):
     """Blocks of points wherever they are, row by row; under prescribed shortening of whole rows."""
-    i, j = (place.tolist() for place in np.nonzero(wanted))
+    i, j = (place.tolist() for place in places)
     starts = range(0, len(i), size)
     if grid.control != "P":
         starts = np.unique(i, return_index=True)[1][:: max(1, size // len(grid.given))].tolist()
     for start, end in zip(starts, [*starts, len(i)][1:], strict=True):
-        H = tuple(grid.H[row] for row in i[start:end])
-        given = tuple(grid.given[column] for column in j[start:end])
+        H = tuple(map(grid.H.__getitem__, i[start:end]))
+        given = tuple(map(grid.given.__getitem__, j[start:end]))
         yield Scattered((number, i[start], j[start]), grid.ends[number], H, grid.control, given)
 
 
 def _rectangles(wanted, grid):
-    """Labels (H, given) whose products make up the wanted points, bool, shape (H, given)."""
+    """Labels (H, given) whose products make up the wanted points, bool, shape (H, given); None for all."""
+    if wanted is None:
+        return [(grid.H, grid.given)]
     rows_of = {}
     for row, columns in enumerate(wanted):
         if columns.any():

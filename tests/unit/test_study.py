@@ -1,11 +1,14 @@
 import copy
 import json
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from studies import Study, StudyError
+from studies.known import Known
+from studies.refinement import first_points
 from studies.tables import canonical
 
 GOOD = {
@@ -273,6 +276,51 @@ def test_blocks_of_a_plan_cover_the_grid_exactly_once(block_points):
         assert block.given == study.grid.P[j : j + len(block.given)]
     assert (covered == 1).all()
     assert plan.points == 40
+
+
+RANGE = {"start": 0.01, "stop": 0.4}
+LARGE = {
+    "dense": {name: RANGE | {"num": 31_622} for name in ("H", "P")},
+    "by shortening": {name: RANGE | {"num": 31_622} for name in ("H", "shortening")},
+    "refined": {"refine": {"levels": 8}, **{name: RANGE | {"num": 100} for name in ("H", "P")}},
+}
+
+
+@pytest.mark.parametrize("grid", LARGE.values(), ids=LARGE)
+def test_the_plan_of_a_thousand_million_points_costs_what_its_blocks_do(grid):
+    content = changed("grid", {"ends": ["clamped-clamped"], **grid})
+    study = Study.from_dict(content)
+    tracemalloc.start()
+    try:
+        plan = study.plan(block_points=10_000_000)
+        plan.report(workers=2)
+        most = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert plan.points > 6e8
+    assert most < 60e6
+
+
+@pytest.mark.parametrize("block_points", [None, 7])
+@pytest.mark.parametrize("control", ["P", "shortening"])
+@pytest.mark.parametrize("refine", [None, {"levels": 3, "audit": 2}])
+def test_a_plan_is_the_same_whether_its_points_are_looked_at_or_not(control, refine, block_points):
+    grid = {name: RANGE | {"num": 5} for name in ("H", control)} | ({"refine": refine} if refine else {})
+    study = Study.from_dict(changed("grid", {"ends": GOOD["grid"]["ends"], **grid}))
+    shape = len(study.grid.ends), len(study.grid.H), len(study.grid.given)
+    nothing = Known((), np.zeros(shape, bool), frozenset(), {})
+    plan = study.plan(block_points=block_points)
+    assert plan.blocks == study.plan(block_points=block_points, known=nothing).blocks
+    if refine:
+        wanted = first_points(shape[1:], study.grid.refine)
+        rows, columns = np.nonzero(wanted)
+        points = [
+            (block.ends, *point) for block in plan.blocks for point in zip(*block.labels(), strict=True)
+        ]
+        H, given = (np.array(axis) for axis in (study.grid.H, study.grid.given))
+        assert points == [
+            (ends, *point) for ends in study.grid.ends for point in zip(H[rows], given[columns], strict=True)
+        ]
 
 
 def test_plan_warns_of_a_huge_dataset_and_solves_nothing(monkeypatch):
