@@ -35,6 +35,7 @@ from studies.schema import (
     variables,
 )
 from studies.sources import Source
+from studies.structure import is_type
 from studies.study import NUMERICS_VERSION, Study
 from studies.tables import Outputs
 
@@ -129,7 +130,7 @@ def _table(dataset, path):
         return {}
     for name, variable in TRANSITIONS.items():
         found = dataset.variables.get(name)
-        if found is None or found.dimensions[:1] != variable.dims or found.dtype != np.dtype(variable.dtype):
+        if found is None or found.dimensions[:1] != variable.dims or not is_type(found, variable.dtype):
             raise StudyError(f"{path}: {name} missing or without its dimensions; damaged")
     return TRANSITIONS
 

@@ -16,6 +16,16 @@ CHUNK_BYTES, ATTRIBUTE_BYTES = 1 << 28, 1 << 24
 """Read at once: of a chunk or the labels of a dimension, of an attribute."""
 FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}
 """Those for which no library is looked for."""
+LABELS = {
+    b"ends",
+    b"state",
+    b"failure_reason",
+    b"transition_ends",
+    b"transition_state",
+    b"transition_other_state",
+}
+MOST_LABELS = 10_000
+"""The variables that are text; other programs store characters as texts of any length."""
 SIMPLE = {h5t.INTEGER, h5t.FLOAT, h5t.STRING}
 SCALES = {b"DIMENSION_LIST", b"REFERENCE_LIST"}
 """Where netCDF keeps which dimensions a variable has: the only references there are."""
@@ -58,7 +68,8 @@ def _of_member(root, name):
     layout = stored.get_layout()
     if layout == h5d.VIRTUAL or stored.get_external_count():
         return f"the values of {words} lie in other files"
-    if kind.get_class() not in SIMPLE or _varies(kind):
+    labels = name in LABELS and len(variable.shape) <= 1 and prod(variable.shape) <= MOST_LABELS
+    if kind.get_class() not in SIMPLE or (_varies(kind) and not labels):
         return f"{words} has values of a type that no dataset has"
     if {stored.get_filter(number)[0] for number in range(stored.get_nfilters())} - FILTERS:
         return f"{words} is stored with a filter that is not part of HDF5"

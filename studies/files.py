@@ -233,18 +233,28 @@ def hash_values(dataset):
         digest.update(f"{TRANSITIONS_FAILED} {dataset.getncattr(TRANSITIONS_FAILED)}".encode())
     for name in sorted(dataset.variables):
         variable = dataset.variables[name]
-        digest.update(
-            f"{name} {variable.dimensions} {np.dtype(variable.dtype).str[1:]} {variable.shape}".encode()
-        )
+        dimensions, dtype, shape, bands = _contents(variable)
+        digest.update(f"{name} {dimensions} {dtype.str[1:]} {shape}".encode())
         for key in () if first_format else MEANING:
             if key in variable.ncattrs():
                 digest.update(f"{key} {np.asarray(variable.getncattr(key)).tolist()}".encode())
-        for slab in _bands(variable):
-            values = np.ascontiguousarray(variable[slab])
+        for band in bands:
+            values = np.ascontiguousarray(band)
             if values.dtype.kind == "f":
                 values = np.where(np.isnan(values), np.nan, values + 0.0)
             digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
     return digest.hexdigest()
+
+
+def _contents(variable):
+    """Dimensions, type, shape and values, in bands; of text the characters, however it is stored."""
+    if variable.dtype is not str:
+        bands = (variable[slab] for slab in _bands(variable))
+        return variable.dimensions, np.dtype(variable.dtype), variable.shape, bands
+    encoded = [text.encode() for text in np.ravel(variable[:])]
+    width = max(1, *map(len, encoded), 1)
+    characters = np.array(encoded, f"S{width}").view("S1").reshape(*variable.shape, width)
+    return (*variable.dimensions, f"string{width}"), characters.dtype, characters.shape, [characters]
 
 
 def _bands(variable):
@@ -283,6 +293,8 @@ def read_labels(variable, path):
         If they are no text in UTF-8.
     """
     values = variable[:]
+    if values.dtype.kind == "O":
+        return values.astype(str)
     if values.dtype.kind != "S":
         return values
     try:
@@ -304,7 +316,7 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
     Returns
     -------
     xarray.Dataset
-        Labels as text, flags as integers.
+        Labels as text, flags as integers. Saved again, by whichever writer of xarray, text becomes strings.
 
     Raises
     ------
@@ -319,7 +331,7 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
     with ACCESS, damage_told(path):
         dataset = xarray.open_dataset(path, engine="netcdf4")
     if chunks is None:
-        return dataset
+        return _with_plain_text(dataset)
     dataset.close()
     if isinstance(chunks, dict) and not set(chunks) <= set(dataset.dims):
         # xarray itself takes no notice of them.
@@ -328,9 +340,20 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
         )
     try:
         with ACCESS:
-            return xarray.open_dataset(path, engine="netcdf4", chunks=chunks)
+            return _with_plain_text(xarray.open_dataset(path, engine="netcdf4", chunks=chunks))
     except (TypeError, ValueError) as problem:
         raise StudyError(f"chunks = {chunks!r} cannot be: {problem}") from None
+
+
+def _with_plain_text(dataset):
+    """A dataset that forgets how its text was stored: not every format has characters of fixed length."""
+    for variable in dataset.variables.values():
+        if "char_dim_name" in variable.encoding:
+            variable.encoding = {}
+            if variable.chunks:
+                # Writers would load it, and warn: dask does not know that these are texts.
+                variable.load()
+    return dataset
 
 
 def reading_limit(path):
@@ -387,16 +410,25 @@ def _identify(path, read):
     except StudyError:
         raise
     except READING_FAILS as problem:
+        with Path(path).open("rb") as stream:
+            if stream.read(3) == b"CDF":
+                raise StudyError(f"{path}: this is netCDF-3; it opens with xarray.open_dataset") from None
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem}){why_unlockable(path)}") from None
     version = attributes.get("format_version")
     ours = isinstance(attributes.get("study_id"), str) and isinstance(version, (int, np.integer))
     if not ours:
-        raise StudyError(f"{path}: this is no dataset of constrained-elastica")
+        raise StudyError(
+            f"{path}: this is no dataset of constrained-elastica, or its attributes are lost; "
+            "xarray.open_dataset opens what is netCDF"
+        )
     if version > FORMAT_VERSION:
         raise StudyError(
             f"{path}: format {version} is newer than {FORMAT_VERSION}, which this version reads; "
             "install a newer constrained-elastica"
         )
     if wrong:
-        raise StudyError(f"{path}: the file is damaged ({wrong})")
+        raise StudyError(
+            f"{path}: this is no whole dataset ({wrong}); a selection, or what else was made of one, opens "
+            "with xarray.open_dataset; if this is meant to be whole, the file is damaged"
+        )
     return attributes

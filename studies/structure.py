@@ -71,7 +71,7 @@ def fault(dataset):
             continue
         if variable.dimensions != expected.dims:
             return f"{name} has dimensions {variable.dimensions}, not {expected.dims}"
-        if not _is_type(variable, expected.dtype):
+        if not is_type(variable, expected.dtype):
             return f"{name} has values of type {variable.dtype}, not {expected.dtype}"
     return _fault_of_failures(dataset, axes)
 
@@ -105,8 +105,11 @@ def _flags(attributes):
     return set(zip_longest(values, names))
 
 
-def _is_type(variable, dtype):
+def is_type(variable, dtype):
     """Whether values are of a type, in either order of bytes."""
+    if variable.dtype is str:
+        # What other programs make of characters.
+        return dtype == "S1"
     return isinstance(variable.dtype, np.dtype) and variable.dtype.newbyteorder("=") == np.dtype(dtype)
 
 
@@ -114,8 +117,8 @@ def _fault_of_axis(dataset, axis, dtype):
     variable = dataset.variables.get(axis)
     if variable is None:
         return f"{axis} is missing"
-    dims = variable.dimensions[: -1 if dtype == "S1" else None]
-    if dims != (axis,) or not _is_type(variable, dtype) or variable.size == 0:
+    dims = variable.dimensions[: -1 if variable.dtype == "S1" else None]
+    if dims != (axis,) or not is_type(variable, dtype) or variable.size == 0:
         return f"{axis} has no labels along itself"
     if dtype == "f8":
         values = variable[:]
@@ -125,6 +128,8 @@ def _fault_of_axis(dataset, axis, dtype):
 
 
 def _texts(variable):
+    if variable.dtype is str:
+        return variable[:].tolist()
     return [row.tobytes().rstrip(b"\0").decode(errors="replace") for row in variable[:]]
 
 
@@ -142,12 +147,12 @@ def _fault_of_failures(dataset, axes):
         return None
     for axis in axes:
         column = dataset.variables.get(f"failure_{axis}")
-        if column is None or column.dimensions != ("failure",) or not _is_type(column, "i4"):
+        if column is None or column.dimensions != ("failure",) or not is_type(column, "i4"):
             return f"the table of failures has no column for {axis}"
         rows = column[:]
         if ((rows < 0) | (rows >= dataset.dimensions[axis].size)).any():
             return f"the table of failures has points outside {axis}"
     reasons = dataset.variables.get("failure_reason")
-    if reasons is None or reasons.dimensions[:-1] != ("failure",) or not _is_type(reasons, "S1"):
+    if reasons is None or reasons.dimensions[:1] != ("failure",) or not is_type(reasons, "S1"):
         return "the table of failures has no reasons"
     return None

@@ -426,10 +426,8 @@ def test_the_archived_chart_is_good_small_and_that_of_its_study():
     assert SHIPPED.stat().st_size < 500_000
     entry = Catalog.read(CATALOGS).entries[SHIPPED.name]
     # Once the numerics change, it has to be computed and added anew: then its sample is solved again.
-    assert Study.from_toml(CATALOGS / "clamped-and-pinned.toml").identity == {
-        "study_id": entry.study_id,
-        "numerics_id": entry.numerics_id,
-    }
+    study = Study.from_toml(CATALOGS / "clamped-and-pinned.toml")
+    assert (study.study_id, study.numerics_id) == (entry.study_id, entry.numerics_id)
 
 
 STUDIES = sorted(path.stem for path in CATALOGS.glob("*.toml"))
