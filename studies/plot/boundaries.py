@@ -6,6 +6,7 @@ about to vanish there names the event.
 
 import numpy as np
 
+from elastica.codes import Status
 from elastica.solution import solve
 from elastica.stable import stable_energy
 from studies.plot.regions import trace
@@ -39,6 +40,10 @@ def curves_between(plane, regions, ends, heir=None):
         for within, beyond, edges in trace(plane.H, plane.given, inside, holds):
             events = event_at(_solved(name, within, ends))
             goes_on = _stable(name, beyond, ends) & _stable(name, within, ends)
+            lost = np.flatnonzero(events == Boundary.FOLD)
+            if lost.size:
+                left = _solved(name, beyond[:, lost], ends).status == Status.NOT_FOLLOWED
+                events[lost[left]] = Boundary.NOT_FOLLOWED
             # What is stable on both sides ends where it was not computed, or leaves its rank to another.
             events[goes_on] = None
             if heir is not None and goes_on.any():

@@ -5,6 +5,7 @@ picture is solved, and so is the load at which each state begins and ceases to b
 shortening, and of a chain, every point of the picture takes what the nearest grid point has.
 """
 
+import textwrap
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -25,6 +26,7 @@ from studies.plot.between import Between, nearest
 from studies.plot.boundaries import curves_between
 from studies.plot.reading import (
     Grid,
+    further_states,
     preferred,
     restored,
     solves_exactly,
@@ -51,17 +53,27 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from xarray import Dataset
 
-TITLES = {"stable": "stable states", "preferred": "preferred state", "count": "number of stable states"}
+TITLES = {
+    "stable": "stable states",
+    "preferred": "preferred state",
+    "count": "stable states of those searched",
+}
 STRIPES = 28
 """Stripes across a panel where several states are stable."""
-LEAST_ROOM = 0.018
+LEAST_ROOM, ROOM_OF_A_SENTENCE = 0.022, 0.12
 """Distance from its edge that a region must have somewhere to bear its name, as part of the panel."""
+HATCHED = {
+    "none": ("///", "none of the states searched"),
+    "unfollowed": ("xxx", "not followed beyond 90°"),
+}
+"""How regions are hatched of which a chart does not know, and what they are called."""
 
 
 class Picture(NamedTuple):
     """One panel: labels (H, control) with their meaning, or values, and curves (event, H, control).
 
-    `meaning` gives the names of the states of each label, or is empty.
+    `meaning` gives the names of the states of each label, or is empty; `none` tells where none of the states
+    searched is stable, `unfollowed` where the search for one of them ended before it could tell.
     """
 
     ends: str
@@ -71,6 +83,8 @@ class Picture(NamedTuple):
     meaning: dict
     curves: list
     unknown: list
+    none: np.ndarray
+    unfollowed: np.ndarray
 
     def shown(self, units, control, variable):
         """The picture in the units of a dataset."""
@@ -131,10 +145,10 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
     handles = draw(figure, axes, pictures, show, units)
     for ax, picture in zip(axes, pictures, strict=True):
         _frame(ax, picture, axis_label("H", units))
-    handles += _draw_curves(axes, pictures)
+    handles += _draw_unknown(axes, pictures) + _draw_curves(axes, pictures)
     if handles:
         figure.legend(handles=handles, loc="outside right upper", frameon=False, title=TITLES.get(show))
-    caption(figure, dataset, *_explain(show, state, control, exact, pictures))
+    caption(figure, dataset, *_explain(dataset, show, state, control, exact, pictures))
     return figure
 
 
@@ -169,6 +183,8 @@ def _regions(grid, show, exact):
         regions = [(name, plane.labels >> k & 1 == 1, partial(holds, 1 << k)) for k, name in enumerate(names)]
         curves = curves_between(plane, regions, grid.ends, heir)
     labels = plane.labels
+    unfollowed = (labels == 0) & _taken(fill(sets.unfollowed, sets.known), grid, plane)
+    none = (labels == 0) & ~unfollowed
     if show == "count":
         labels = np.bitwise_count(labels.astype(np.uint64)).astype(int)
         meaning = {int(n): (str(n),) for n in np.unique(labels)}
@@ -176,7 +192,7 @@ def _regions(grid, show, exact):
         meaning = {
             int(b): tuple(name for k, name in enumerate(names) if b >> k & 1) for b in np.unique(labels)
         }
-    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, sets.unknown)
+    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, sets.unknown, none, unfollowed)
 
 
 def _values(grid, variable, number, exact):
@@ -199,8 +215,7 @@ def _values(grid, variable, number, exact):
 
         firm = grid.read("stability", number) == Stability.STABLE
         fine = sharpen(plane, solved)
-        near = nearest(H, fine.H), nearest(given, fine.given)
-        firm = firm[np.ix_(*near)] & fine.labels
+        firm = _taken(firm, grid, fine) & fine.labels
         curves = curves_between(fine, [(name, fine.labels, solved), (name, firm, stable)], grid.ends)
         plane = fine
     filled = fill(values, there)
@@ -208,7 +223,15 @@ def _values(grid, variable, number, exact):
     look = RegularGridInterpolator((H, given), filled, method="linear" if smooth else "nearest")
     points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
     values = np.where(plane.labels, look(points), np.nan)
-    return Picture(grid.ends, plane.H, plane.given, values, {}, curves, [])
+    unfollowed = _taken(status == Status.NOT_FOLLOWED, grid, plane) & ~plane.labels
+    return Picture(
+        grid.ends, plane.H, plane.given, values, {}, curves, [], np.zeros_like(unfollowed), unfollowed
+    )
+
+
+def _taken(values, grid, plane):
+    """Values of the points of a picture, taken from the nearest of the grid."""
+    return values[np.ix_(*(nearest(*axes) for axes in zip(grid.axes, plane[:2], strict=True)))]
 
 
 def _draw_sets(figure, axes, pictures, show, units):
@@ -218,14 +241,12 @@ def _draw_sets(figure, axes, pictures, show, units):
             picture.H, picture.given, _painted(picture).transpose(1, 0, 2), shading="nearest", rasterized=True
         )
         for label, states in picture.meaning.items():
-            background = colour(states[0]) if len(states) == 1 else NONE
-            _name_region(ax, picture, label, " + ".join(states) or "none stable", background)
+            if states:
+                background = colour(states[0]) if len(states) == 1 else "#ffffff"
+                _name_region(ax, picture, picture.labels == label, " + ".join(states), background)
     found = {states for picture in pictures for states in picture.meaning.values()}
     single = sorted({state for states in found for state in states}, key=shortest_first)
-    handles = [Patch(facecolor=colour(name), edgecolor="0.3", label=name) for name in single]
-    if () in found:
-        handles.append(Patch(facecolor=NONE, edgecolor="0.3", label="none of those searched"))
-    return handles
+    return [Patch(facecolor=colour(name), edgecolor="0.3", label=name) for name in single]
 
 
 def _painted(picture):
@@ -243,7 +264,7 @@ def _painted(picture):
 def _draw_counts(figure, axes, pictures, show, units):
     """Fill the regions by the number of stable states, the more the darker."""
     most = max(max(picture.meaning) for picture in pictures)
-    shades = ["#ffffff", "#d0e1f2", "#94c4df", "#4a98c9", "#1764ab", "#08306b"]
+    shades = [NONE, "#d0e1f2", "#94c4df", "#4a98c9", "#1764ab", "#08306b"]
     shades += shades[-1:] * (most + 1 - len(shades))
     for ax, picture in zip(axes, pictures, strict=True):
         ax.pcolormesh(
@@ -256,8 +277,9 @@ def _draw_counts(figure, axes, pictures, show, units):
             rasterized=True,
         )
         for label, (name,) in picture.meaning.items():
-            _name_region(ax, picture, label, name, shades[label])
-    return [Patch(facecolor=shades[n], edgecolor="0.3", label=str(n)) for n in range(most + 1)]
+            if label:
+                _name_region(ax, picture, picture.labels == label, name, shades[label])
+    return [Patch(facecolor=shades[n], edgecolor="0.3", label=str(n)) for n in range(1, most + 1)]
 
 
 def _draw_values(figure, axes, pictures, show, units):
@@ -290,6 +312,26 @@ def _draw_values(figure, axes, pictures, show, units):
     return []
 
 
+def _draw_unknown(axes, pictures):
+    """Hatch what is not known: where none of the states searched is stable, and where none was followed."""
+    handles = []
+    for field, (hatch, name) in HATCHED.items():
+        drawn = False
+        for ax, picture in zip(axes, pictures, strict=True):
+            inside = getattr(picture, field)
+            if not inside.any():
+                continue
+            area = ax.contourf(
+                picture.H, picture.given, inside.T.astype(float), [0.5, 1.5], colors=[NONE], hatches=[hatch]
+            )
+            area.set(edgecolor="0.6", linewidth=0)
+            _name_region(ax, picture, inside, textwrap.fill(name, 16), NONE, ROOM_OF_A_SENTENCE)
+            drawn = True
+        if drawn:
+            handles.append(Patch(facecolor=NONE, edgecolor="0.6", hatch=hatch, label=name))
+    return handles
+
+
 def _draw_curves(axes, pictures):
     """Draw the exact curves, each event in its own line, and list the events."""
     drawn = {}
@@ -307,7 +349,7 @@ def _frame(ax, picture, label):
     if log_spaced(picture.H):
         ax.set_xscale("log")
     else:
-        ax.xaxis.set_major_locator(MaxNLocator(5))
+        ax.xaxis.set_major_locator(MaxNLocator(4))
     if log_spaced(picture.given):
         ax.set_yscale("log")
     ax.set(
@@ -318,11 +360,11 @@ def _frame(ax, picture, label):
     )
 
 
-def _name_region(ax, picture, label, name, background):
+def _name_region(ax, picture, inside, name, background, least=LEAST_ROOM):
     """Write the name of a region where there is most room for it."""
-    inside = np.pad(picture.labels == label, 1)
-    room = distance_transform_edt(inside, sampling=[1 / size for size in picture.labels.shape])[1:-1, 1:-1]
-    if room.max(initial=0) < LEAST_ROOM:
+    sampling = [1 / size for size in inside.shape]
+    room = distance_transform_edt(np.pad(inside, 1), sampling=sampling)[1:-1, 1:-1]
+    if room.max(initial=0) < least:
         return
     roomy = np.argwhere(room > 0.9 * room.max())
     i, j = roomy[np.abs(roomy - roomy.mean(axis=0)).sum(axis=1).argmin()]
@@ -338,7 +380,7 @@ def _name_region(ax, picture, label, name, background):
     )
 
 
-def _explain(show, state, control, exact, pictures):
+def _explain(dataset, show, state, control, exact, pictures):
     """Lines of the caption."""
     what = {
         "stable": "stripes: several states are stable",
@@ -348,5 +390,7 @@ def _explain(show, state, control, exact, pictures):
     how = "boundaries solved exactly" if exact else "boundaries to the nearest grid point"
     unknown = sorted({name for picture in pictures for name in picture.unknown})
     missing = f"not computed, or only in part: {listed(unknown)}" if unknown else ""
+    if any(picture.none.any() for picture in pictures):
+        missing = "\n".join(filter(None, (missing, further_states(dataset))))
     prescribed = {"P": "stability at given load", "shortening": "stability at given shortening"}[control]
     return f"{what}; {prescribed}; {how}", missing

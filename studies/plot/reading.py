@@ -10,7 +10,7 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from elastica.solution import LARGEST_LOAD
-from elastica.states import is_canonical, parse_state
+from elastica.states import MOST_ENUMERATED, is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE
 from studies.plot.style import listed, shortest_first
@@ -173,27 +173,31 @@ def _evenly(count, most):
 class StableSets(NamedTuple):
     """Which states are stable: bit k of `bits` (H, control) stands for `names[k]`.
 
-    Bit k of `computed` tells whether it was computed there, `known` whether anything was; `unknown` names the
-    states that were not computed everywhere that others were.
+    Bit k of `computed` tells whether it was computed there, `known` whether anything was, `unfollowed`
+    whether the search for one ended before it could tell; `unknown` names the states that were not computed
+    everywhere that others were.
     """
 
     names: list
     bits: np.ndarray
     computed: np.ndarray
     known: np.ndarray
+    unfollowed: np.ndarray
     unknown: list
 
 
 def stable_sets(grid):
     """The stable states of every point that was computed."""
-    found, computed = {}, {}
+    found, computed, unfollowed, critical = {}, {}, False, False
     for name in sorted(grid.states, key=shortest_first):
         if not is_canonical(name, grid.ends):
             continue
         number = grid.states.index(name)
         status = grid.read("status", number)
         computed[name] = status != Status.NOT_COMPUTED
-        stable = (status == Status.SOLVED) & (grid.read("stability", number) == Stability.STABLE)
+        unfollowed = unfollowed | (status == Status.NOT_FOLLOWED)
+        verdict = np.where(status == Status.SOLVED, grid.read("stability", number), Stability.NOT_SOLVED)
+        stable, critical = verdict == Stability.STABLE, critical | (verdict == Stability.CRITICAL)
         # A free shape may be stable only between two lines of the grid.
         if stable.any() or parse_state(name, grid.ends).mode:
             found[name] = stable
@@ -203,7 +207,11 @@ def stable_sets(grid):
     widest = sorted(found, key=lambda name: -found[name].sum())[:MOST_SETS]
     names = [name for name in found if name in widest]
     unknown = [name for name, there in computed.items() if (known & ~there).any()]
-    return StableSets(names, *(_bits(names, planes, known) for planes in (found, computed)), known, unknown)
+    bits, there = (_bits(names, planes, known) for planes in (found, computed))
+    # Just where one state hands over to another, none is stable: such a point is like those beside it.
+    settled = known & ~(critical & (bits == 0))
+    known = settled if settled.any() else known
+    return StableSets(names, bits, there, known, unfollowed, unknown)
 
 
 def _bits(names, planes, known):
@@ -242,6 +250,18 @@ def method_of(dataset):
         return json.loads(dataset.attrs["config_json"])["solve"]["method"]
     except (KeyError, TypeError, ValueError):
         return "unknown"
+
+
+def further_states(dataset):
+    """How to search for more states than a dataset has, a sentence for captions."""
+    try:
+        asked = json.loads(dataset.attrs["config_json"])["states"]
+    except (KeyError, TypeError, ValueError):
+        asked = {}
+    most = asked.get("max_contacts") if isinstance(asked, dict) else None
+    wider = isinstance(most, int) and most < MOST_ENUMERATED
+    how = f"with max_contacts = {most + 1}" if wider else "by more names"
+    return f"some state is stable everywhere; where none is shown, search further {how} in [states]"
 
 
 def state_variable(dataset, variable, state):

@@ -55,8 +55,8 @@ OTHERS = (
     "#bcbd22",
     "#525252",
 )
-NONE = "#ffffff"
-"""Where no state is stable."""
+NONE = "#f2f2f2"
+"""Where no state is known to be stable."""
 
 AXES = {
     "P": ("thrust", "P = ", "P^*", "L^2/4\\pi^2EI"),
@@ -89,6 +89,7 @@ class Boundary(Enum):
     FLAT_BUCKLES = "flat stretch buckles", "-."
     FOLD = "fold", (0, (6, 1.5, 1, 1.5, 1, 1.5))
     RIGHT_ANGLE = "right angle, not followed beyond", (0, (3, 1.2, 3, 1.2, 1, 1.2))
+    NOT_FOLLOWED = "not followed beyond", (0, (2, 2))
     EQUAL_ENERGY = "equal energy", (0, (1, 3.5))
 
     @property

@@ -1,5 +1,6 @@
 """Figures contain what they claim: curves and arrows at the right loads, colours by state, reactions."""
 
+import json
 import shutil
 from itertools import pairwise
 from pathlib import Path
@@ -19,7 +20,7 @@ from studies import Study, StudyError
 from studies.command_line import main
 from studies.plot.branches import branches, jumps
 from studies.plot.shapes import Strip, draw
-from studies.plot.style import COLOURS, OTHERS, colour
+from studies.plot.style import COLOURS, NONE, OTHERS, colour
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 BASELINES = Path(__file__).parents[1] / "figures"
@@ -98,7 +99,7 @@ def test_regions_end_at_the_curves(chart):
             for name in SMALL["states"]["names"]
             if np.isfinite(stable_energy(name, **place, ends=CC))[0]
         ]
-        allowed = [to_rgb(colour(name)) for name in names] or [(1.0, 1.0, 1.0)]
+        allowed = [to_rgb(colour(name)) for name in names] or [to_rgb(NONE)]
         assert any(np.allclose(seen[at], shade) for shade in allowed), (place, names)
 
 
@@ -135,6 +136,57 @@ def test_every_border_of_preferred_states_is_named_after_its_event(dataset, coar
     H, P = drawn["equal energy"].T
     energies = [stable_energy(name, P, H, PP) for name in ("U-", "UD")]
     assert P.max() < 2 and np.abs(energies[0] / energies[1] - 1).max() < 1e-6
+
+
+def hatched(figure):
+    """Hatches of the first panel, and the labels of the legend."""
+    hatches = {hatch for area in figure.axes[0].collections for hatch in getattr(area, "hatches", None) or ()}
+    return hatches, [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize("show", ["stable", "preferred", "count"])
+def test_some_state_is_always_stable_if_not_one_of_those_searched(dataset, coarse, show):
+    figure = studies.plot.chart(dataset.isel(ends=[1]), show=show)
+    hatches, labels = hatched(figure)
+    assert hatches == {"///"} and "none of the states searched" in labels
+    assert "search further by more names in [states]" in figure.get_supxlabel()
+    everywhere = studies.plot.chart(dataset.isel(ends=[0], P=slice(0, 8)), show=show)
+    assert hatched(everywhere)[0] == set() and "further" not in everywhere.get_supxlabel()
+    asked = json.loads(dataset.attrs["config_json"]) | {"states": {"max_contacts": 2}}
+    wider = dataset.isel(ends=[1]).assign_attrs(config_json=json.dumps(asked))
+    assert "search further with max_contacts = 3" in studies.plot.chart(wider, show=show).get_supxlabel()
+
+
+def test_where_states_hand_over_on_a_line_of_the_grid_some_state_is_shown(computed, coarse):
+    """At P = 1 the straight strip is about to buckle, and nothing else exists."""
+    content = SMALL | {"grid": {"ends": [CC], "H": [0.04, 0.08, 0.12], "P": [0.5, 1.0, 1.5, 2.0]}}
+    with studies.open(computed(Study.from_dict(content))) as single:
+        assert (single["stable_count"].sel(P=1.0) == 0).all()
+        assert hatched(studies.plot.chart(single))[0] == set()
+
+
+def test_what_was_not_followed_is_hatched_and_named(computed, coarse):
+    """Clamped, H = 0.19: U passes 90° at P = 7.655, and nobody looked further."""
+    content = SMALL | {
+        "grid": {"ends": [CC], "H": [0.18, 0.185, 0.19], "P": [1.0, 6.6, 7.0, 7.4, 7.8, 8.2]},
+        "states": {"names": ["U"]},
+    }
+    with studies.open(computed(Study.from_dict(content))) as steep:
+        steep = steep.load()
+    gone = steep["status"] == elastica.Status.NO_EQUILIBRIUM
+    steep["status"] = steep["status"].where(~gone | (steep["P"] < 7), elastica.Status.NOT_FOLLOWED)
+    figure = studies.plot.chart(steep, show="max_slope", state="U")
+    hatches, labels = hatched(figure)
+    assert hatches == {"xxx"} and "not followed beyond 90°" in labels
+    assert curves(figure.axes[0])["fold"][:, 1].max() < 6
+    H, P = curves(figure.axes[0])["right angle, not followed beyond"].T
+    assert np.interp(0.19, H[np.argsort(H)], P[np.argsort(H)]) == pytest.approx(7.655, abs=2e-3)
+    # A piece of a curve begins where the one before it ends, which is another event.
+    slope = elastica.solve("U", P=P, H=H).max_slope
+    assert (np.abs(slope - np.pi / 2) < 1e-3).sum() == P.size - 1
+    # In a chart of stable states only where none is stable.
+    hatches, labels = hatched(studies.plot.chart(steep))
+    assert "xxx" in hatches and "not followed beyond 90°" in labels
 
 
 def test_counts_and_variables_are_drawn(dataset):
@@ -311,7 +363,7 @@ def test_the_preferred_state_is_one_of_those_there(dataset, coarse, gone):
     # Above the buckling load of the straight strip, away from the curves.
     for j, i in np.random.default_rng(7).integers((6, 0), (P.size, H.size), (40, 2)):
         energies = [stable_energy(name, P[j : j + 1], H[i : i + 1])[0] for name in names]
-        shade = colour(names[np.nanargmin(energies)]) if np.isfinite(energies).any() else "#ffffff"
+        shade = colour(names[np.nanargmin(energies)]) if np.isfinite(energies).any() else NONE
         assert np.allclose(seen[j, i], to_rgb(shade)), (P[j], H[i], energies)
 
 
@@ -494,7 +546,9 @@ def test_at_given_shortening_nothing_is_solved_again(computed, monkeypatch):
         stable = ((held["stability"] == 0) & (held["status"] == 0)).isel(ends=0)
         for h, s in ((0.06, 0.021), (0.09, 0.039)):
             near = stable.sel(H=h, shortening=s, method="nearest")
-            shades = [to_rgb(colour(str(name))) for name in near["state"].values[near.values]] or [(1, 1, 1)]
+            shades = [to_rgb(colour(str(name))) for name in near["state"].values[near.values]] or [
+                to_rgb(NONE)
+            ]
             seen = mesh.get_array()[np.abs(given - s).argmin(), np.abs(H - h).argmin()]
             assert any(np.allclose(seen, shade) for shade in shades)
         diagram = studies.plot.bifurcation(held, H=0.1)
