@@ -9,6 +9,8 @@ from elastica.spelling import did_you_mean, meant
 
 DIGITS = 12
 """Significant digits of a spring in names: labels of the same spring compare equal."""
+SOFTEST, STIFFEST = 1e-12, 1e12
+"""Springs beyond act as a pin or a clamp to ten digits; by 1e30 numbers of double precision fail."""
 ALLOWED = (
     'write "A-B" or "A/B" with each side clamped, pinned or a spring constant k >= 0, such as '
     '"clamped-pinned", "0.3/2.5" or "clamped/2.5"'
@@ -80,7 +82,8 @@ def parse_ends(text):
     Raises
     ------
     ValueError
-        If the text names no end condition; the message says what is allowed.
+        If the text names no end condition, or a spring is not 0 and beyond 1e-12 to 1e12; the message
+        says what is allowed.
     """
     if isinstance(text, Ends):
         return text
@@ -88,8 +91,20 @@ def parse_ends(text):
     for cut in cuts:
         a, b = (_parse_end(part.strip()) for part in (text[: cut.start()], text[cut.end() :]))
         if a is not None and b is not None:
-            return Ends(a, b)
+            return _resolved(Ends(a, b), text)
     raise ValueError(f"ends = {text!r} is not known{_question(text)}; {ALLOWED}")
+
+
+def _resolved(ends, text):
+    """Ends whose springs are not so soft or stiff that numbers cannot tell them from pins or clamps."""
+    for end in ends:
+        if not (end.pinned or end.clamped or SOFTEST <= end.k <= STIFFEST):
+            limit, like = (STIFFEST, "clamped") if end.k > 1 else (SOFTEST, "pinned")
+            raise ValueError(
+                f"ends = {text!r}: a spring {'above' if end.k > 1 else 'below'} {limit:g} is, to ten digits, "
+                f"the same as {like}; write {like}"
+            )
+    return ends
 
 
 def _question(text):

@@ -55,11 +55,15 @@ def _spring_roots(ends, count):
     def determinant(q):
         return _determinant(q, *ends)
 
-    # A very soft or stiff spring moves the root by less than rounding: then it is the end of its interval.
-    at_low, at_high = determinant(low), determinant(high)
-    inside = at_low * at_high < 0
-    found = find_root(determinant, (low[inside], high[inside]))
-    roots = np.where(np.abs(at_low) < np.abs(at_high), low, high)
+    # Next to pinned or clamped ends the determinant vanishes to rounding at both ends of an interval, since
+    # the zero beside is no farther: its sign in the middle, (−1)^(n+1) up to the root, tells the half.
+    before, middle = np.where(n % 2, 1, -1), 0.5 * (low + high)
+    below = determinant(middle) * before <= 0
+    roots = np.where(below, low, high)
+    inside = (determinant(roots) * before > 0) == below
+    half = np.where(below, low, middle)[inside], np.where(below, middle, high)[inside]
+    found = find_root(determinant, half)
+    # A spring that moves the root by less than rounding leaves it where it is without one.
     roots[inside] = found.x
     return roots
 

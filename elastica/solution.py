@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from elastica.spectrum import Conventional
 
 LARGEST_LOAD = 1e6
+SMALLEST_GAP = 1e-50
+"""Energies, of the order of H², leave the range of numbers below some 1e-150."""
+SMALLEST_SHORTENING = 1e-11
+"""Besides 0: below some 1e-12 a shortening is lost in the rounding of the length, and states with it."""
 METHODS = ("exact", "chain")
 
 
@@ -178,13 +182,13 @@ def solve(
     P : array_like, optional
         Load P*L²/(4π²EI), from 0 to 1e6.
     H : array_like
-        Half gap H*/L, positive: the walls are at y = H and y = −H. Each element is a point of its own, so
-        that ``H=[0.1, 0.05]`` asks about two gaps, not about two walls at different distances.
+        Half gap H*/L, from 1e-50 on: the walls are at y = H and y = −H. Each element is a point of its
+        own, so that ``H=[0.1, 0.05]`` asks about two gaps, not about two walls at different distances.
     ends : str
         "clamped-clamped" (default) or any other pair of "clamped", "pinned" and spring constants k ≥ 0,
-        such as "clamped-pinned", "0.3/2.5" or "clamped/2.5".
+        such as "clamped-pinned", "0.3/2.5" or "clamped/2.5"; springs but 0 from 1e-12 to 1e12.
     shortening : array_like, optional
-        Approach of the ends ΔL*/L, from 0 to 2. `P` is then part of the answer, and stability is
+        Approach of the ends ΔL*/L, 0 or from 1e-11 to 2. `P` is then part of the answer, and stability is
         that at fixed shortening.
     method : str
         "exact" (default), or "chain" for rigid links and springs.
@@ -350,15 +354,23 @@ def blank(state, n):
 
 def unusable(control, given, H, unresolved=np.inf):
     """Reasons why points cannot be solved, by flat index."""
-    largest = {"P": LARGEST_LOAD, "shortening": 2.0}[control]
-    what = {"P": "a load", "shortening": "an approach of the ends"}[control]
+    if control == "P":
+        good, allowed = (given >= 0) & (given <= LARGEST_LOAD), f"give a load from 0 to {LARGEST_LOAD:g}"
+    else:
+        good = (given == 0) | ((given >= SMALLEST_SHORTENING) & (given <= 2))
+        allowed = f"give an approach of the ends that is 0 or from {SMALLEST_SHORTENING:g} to 2"
     reasons = {}
-    for name, values, good, allowed in (
-        (control, given, (given >= 0) & (given <= largest), f"give {what} from 0 to {largest:g}"),
-        ("H", H, (H > 0) & np.isfinite(H), "give a half gap above 0, below 0.5 if it is to matter"),
+    for name, values, possible, remedy in (
+        (control, given, good, allowed),
+        (
+            "H",
+            H,
+            (H >= SMALLEST_GAP) & np.isfinite(H),
+            f"give a half gap above 0, from {SMALLEST_GAP:g} on, below 0.5 if it is to matter",
+        ),
     ):
-        for point in np.flatnonzero(~good):
-            reasons.setdefault(int(point), f"{name} = {values[point]:g} is not possible; {allowed}")
+        for point in np.flatnonzero(~possible):
+            reasons.setdefault(int(point), f"{name} = {values[point]:g} is not possible; {remedy}")
     for point in np.flatnonzero(given >= unresolved):
         reasons.setdefault(
             int(point),

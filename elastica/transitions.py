@@ -29,7 +29,7 @@ from elastica.euler import euler_root
 from elastica.inputs import read_number, read_numbers
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
-from elastica.solution import solve
+from elastica.solution import SMALLEST_GAP, solve
 from elastica.spelling import did_you_mean
 from elastica.states import is_canonical, parse_state
 from elastica.tracks import tracks
@@ -134,8 +134,10 @@ def transitions(
     if not 0 < P_max <= LARGEST_P:
         raise ValueError(f"P_max = {P_max!r} is not possible; give a load above 0, up to {LARGEST_P:g}")
     H = np.unique(read_numbers("H", H))
-    if not ((H > 0) & (H < 0.5)).all():
-        raise ValueError(f"H = {H.tolist()} is not possible; give half gaps between 0 and 0.5")
+    if not ((H >= SMALLEST_GAP) & (H < 0.5)).all():
+        raise ValueError(
+            f"H = {H.tolist()} is not possible; give half gaps from {SMALLEST_GAP:g} to below 0.5"
+        )
     with np.errstate(all="ignore"):
         rows = _straight(ends, H, P_max) if state.straight else _bent(state, ends, H, control, P_max)
         rows = [row for row in rows if row["P"] <= P_max]

@@ -12,7 +12,7 @@ from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.inputs import read_number, read_numbers
 from elastica.quasistatic import passage, unloaded
-from elastica.solution import LARGEST_LOAD
+from elastica.solution import LARGEST_LOAD, SMALLEST_GAP
 from studies.errors import StudyError
 from studies.schema import VARIABLES
 
@@ -182,8 +182,8 @@ def _strip(ends, H):
     """End conditions and half gap."""
     ends = _understood(parse_ends, ends)
     gap = _understood(read_number, "H", H)
-    if not 0 < gap < 0.5:
-        raise StudyError(f"H = {H!r} is not possible; give one half gap between 0 and 0.5")
+    if not SMALLEST_GAP <= gap < 0.5:
+        raise StudyError(f"H = {gap!r} is not possible; give one half gap between 0 and 0.5")
     return ends, gap
 
 

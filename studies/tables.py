@@ -24,6 +24,7 @@ from pydantic import (
 
 from elastica.chain.solution import CLAMPS, LINKS, check_chain
 from elastica.ends import parse_ends
+from elastica.solution import LARGEST_LOAD, SMALLEST_GAP, SMALLEST_SHORTENING
 from elastica.states import parse_state, states
 from studies.errors import shown
 
@@ -187,14 +188,16 @@ class Grid(Table):
     @field_validator("H")
     @classmethod
     def _between_the_walls(cls, H):
-        if not (H[0] > 0 and H[-1] < 0.5):
-            raise ValueError(f"values run from {H[0]!r} to {H[-1]!r}; keep 0 < H < 0.5")
+        if not (H[0] >= SMALLEST_GAP and H[-1] < 0.5):
+            raise ValueError(
+                f"values run from {H[0]!r} to {H[-1]!r}; keep 0 < H < 0.5, from {SMALLEST_GAP:g} on"
+            )
         return H
 
     @field_validator("P")
     @classmethod
     def _finite_loads(cls, P):
-        if P and not (P[0] >= 0 and P[-1] <= 1e6):
+        if P and not (P[0] >= 0 and P[-1] <= LARGEST_LOAD):
             raise ValueError(f"values run from {P[0]!r} to {P[-1]!r}; keep 0 <= P <= 1e6")
         return P
 
@@ -204,6 +207,10 @@ class Grid(Table):
         if shortening and not (shortening[0] >= 0 and shortening[-1] < 2):
             raise ValueError(
                 f"values run from {shortening[0]!r} to {shortening[-1]!r}; keep 0 <= shortening < 2"
+            )
+        if lost := [value for value in shortening if 0 < value < SMALLEST_SHORTENING]:
+            raise ValueError(
+                f"{lost[0]!r} is lost in the rounding of the length; use 0 or from {SMALLEST_SHORTENING:g} on"
             )
         return shortening
 

@@ -65,9 +65,9 @@ def test_extreme_but_possible_numbers_are_answered(state, ends):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"P": "two"}, "P and H must be numbers"),
-        ({"P": [1.0, 2.0], "H": [0.1, 0.2, 0.3]}, "P and H must be numbers that broadcast"),
-        ({"P": 1j}, "P and H must be numbers"),
+        ({"P": "two"}, "P = 'two' is text"),
+        ({"P": [1.0, 2.0], "H": [0.1, 0.2, 0.3]}, r"P \(2,\) and H \(3,\) do not broadcast"),
+        ({"P": 1j}, "complex"),
         ({"P": None}, "give either P or shortening"),
         ({"H": None}, "H is missing"),
         ({"ends": "-1/2"}, "k >= 0"),
