@@ -7,18 +7,19 @@ import hashlib
 import os
 import shutil
 from collections.abc import Iterator
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from studies.catalog import INDEX, Catalog, Entry
+from studies.catalog import INDEX, SUFFIX, Catalog, Entry, is_name
 from studies.checking import check
 from studies.errors import StudyError
 from studies.files import identify, opened, read_labels
 from studies.lock import one_at_a_time
 from studies.merging import read_finished
-from studies.whole_files import sync, written_whole
+from studies.progress import note
+from studies.whole_files import temporary_name, written_whole
 
-SUFFIX = ".nc"
 PATIENCE = 60.0
 """Seconds to wait while other processes add their datasets."""
 
@@ -27,7 +28,8 @@ def add(folder: str | Path, file: str | Path) -> str:
     """Move a dataset into a catalogue.
 
     It has its name in the catalogue, and its entry in the index, before it loses its own: however this
-    ends, a good file is there. A file that lies in the folder already gets its entry.
+    ends, a good file is there. What loses its name is the file that was read, and not one that took its
+    place meanwhile. A file that lies in the folder already gets its entry.
 
     Parameters
     ----------
@@ -44,19 +46,51 @@ def add(folder: str | Path, file: str | Path) -> str:
         If the file is none of ours, is damaged, is there already, or its name is taken.
     """
     folder, file = Path(folder), Path(file)
-    Catalog.read(folder)
+    _refuse_bad(Catalog.read(folder))
+    before = os.lstat(file) if os.path.lexists(file) else None
     entry = describe(file)
+    if before is None or _state(os.lstat(file)) != _state(before):
+        raise StudyError(f"{file}: this was changed while it was read; add it again")
     with one_at_a_time(folder / "index.lock", PATIENCE):
         catalog = Catalog.read(folder)
+        _refuse_bad(catalog)
         name = _name(catalog, file, entry)
         target = catalog.path(name)
-        inside = target.exists() and target.samefile(file)
+        inside = os.path.lexists(target) and os.path.samestat(os.lstat(target), before)
         if not inside:
             _place(file, target, entry)
         _write(Catalog(folder, catalog.entries | {name: entry}))
         if not inside:
-            file.unlink()
+            _take_away(file, target, before)
     return name
+
+
+def _refuse_bad(catalog):
+    """Refuse to write an index anew of which a part is not understood."""
+    if catalog.bad:
+        raise StudyError(next(iter(catalog.bad.values())))
+
+
+def _state(status):
+    """What of a file changes when it is replaced or written to."""
+    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns
+
+
+def _take_away(file, target, before):
+    """Remove the name of a file that is in the catalogue, unless another file has got it."""
+    aside = temporary_name(file)
+    try:
+        os.rename(file, aside)
+    except FileNotFoundError:
+        return
+    if _state(os.lstat(aside)) == _state(before):
+        aside.unlink()
+        return
+    # Under another name, if a third one came in between.
+    with suppress(FileExistsError):
+        os.link(aside, file)
+        aside.unlink()
+    note(f"{file}: another file has taken this place meanwhile and is left here; {target} is the one added")
 
 
 def describe(file: Path) -> Entry:
@@ -111,8 +145,10 @@ def _name(catalog, file, entry):
             return name
     if file.suffix != SUFFIX:
         raise StudyError(f"{file}: the name of a dataset must end in {SUFFIX}; rename it")
+    if not is_name(file.name):
+        raise StudyError(f"{file}: this name is no text in UTF-8; rename it")
     target = catalog.path(file.name)
-    taken = file.name in catalog.entries or (target.exists() and not target.samefile(file))
+    taken = file.name in catalog.entries or (os.path.lexists(target) and not target.samefile(file))
     if taken:
         raise StudyError(f"{file}: another file has the name {file.name} in {catalog.folder}; rename yours")
     return file.name
@@ -120,16 +156,14 @@ def _name(catalog, file, entry):
 
 def _place(file, target, entry):
     """Give a dataset its name in the catalogue as well: a second name, or a copy on another file system."""
-    try:
-        os.link(file, target)
-    except OSError:
-        with written_whole(target) as temporary:
+    with written_whole(target, replaces=False) as temporary:
+        temporary.unlink()
+        try:
+            os.link(file, temporary)
+        except OSError:
             shutil.copyfile(file, temporary)
-            if _sha256(temporary) != entry.sha256:
-                raise StudyError(f"{file}: the copy is not what was read; add it again") from None
-    else:
-        sync(target)
-        sync(target.parent)
+        if _sha256(temporary) != entry.sha256:
+            raise StudyError(f"{file}: this is not what was read before; add it again") from None
 
 
 def _write(catalog):
@@ -157,7 +191,7 @@ def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, str, list[str]]
     for name in sorted(catalog.entries):
         try:
             report, problems = _checked(catalog, name, sample)
-        except StudyError as problem:
+        except (StudyError, OSError) as problem:
             report, problems = [], [str(problem)]
         yield name, "" if problems else report[-1].strip(), problems
 
@@ -165,9 +199,10 @@ def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, str, list[str]]
 def _checked(catalog, name, sample):
     """Report and problems of one dataset."""
     entry, path = catalog.entries[name], catalog.path(name)
-    if catalog.condition(name) == "gone":
+    condition = catalog.condition(name)
+    if condition == "gone":
         return [], ["the file is gone; put it back with `elastica catalog add`"]
-    if _sha256(path) != entry.sha256:
+    if not path.is_file() or _sha256(path) != entry.sha256:
         return [], ["the file is not the one that was added (its hash differs); `elastica check` says more"]
     attributes = identify(path)
     unlike = [

@@ -6,20 +6,50 @@ is verified (`archive`).
 
 import json
 import math
-from dataclasses import dataclass
+import stat
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Final, Literal
+from typing import Annotated, Final
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
+from pydantic import (
+    AfterValidator,
+    BaseModel,
+    ConfigDict,
+    Field,
+    FiniteFloat,
+    ValidationError,
+    model_validator,
+)
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state
-from studies.errors import StudyError
+from studies.errors import MOST_SHOWN, StudyError, shown
 
 INDEX = "index.json"
 INDEX_VERSION: Final = 1
+SUFFIX = ".nc"
+MOST_DIGITS, LONGEST_NAME = 300, 255
+"""Digits of a number, bytes of the name of a file."""
+Count = Annotated[int, Field(ge=0, lt=2**63)]
+Text = Annotated[str, Field(max_length=10_000)]
+Texts = Annotated[tuple[Text, ...], Field(max_length=100_000)]
+MOST_ENDS, MOST_OF_TITLE = 2, 80
+"""In a list: end conditions that are named, characters of a title."""
+METHODS = ("exact", "chain")
 ANY_NAME = "1/2"
 """Ends at which every name of a state has a meaning."""
+
+
+def _known_ends(names):
+    for name in names:
+        parse_ends(name)
+    return names
+
+
+def _by_a_method(arguments):
+    if arguments.get("method") not in METHODS:
+        raise ValueError(f"the method is one of {', '.join(METHODS)}")
+    return arguments
 
 
 class _Record(BaseModel):
@@ -29,9 +59,9 @@ class _Record(BaseModel):
 class Extent(_Record):
     """First and last label of an axis, and how many there are."""
 
-    start: float
-    stop: float
-    num: int
+    start: FiniteFloat
+    stop: FiniteFloat
+    num: Count
 
     def __contains__(self, value):
         """Whether a value lies between the first and the last label."""
@@ -45,22 +75,41 @@ class Extent(_Record):
 class Entry(_Record):
     """What the index says of a dataset."""
 
-    title: str
-    study: str
-    study_id: str
-    numerics_id: str
-    content_hash: str
-    sha256: str
-    bytes: int
-    date_created: str
-    date_added: str
-    ends: tuple[str, ...]
-    states: tuple[str, ...]
+    title: Text
+    study: Text
+    study_id: Text
+    numerics_id: Text
+    content_hash: Text
+    sha256: Text
+    bytes: Count
+    date_created: Text
+    date_added: Text
+    ends: Annotated[Texts, AfterValidator(_known_ends)]
+    states: Texts
     H: Extent
     P: Extent | None = None
     shortening: Extent | None = None
-    solve: dict[str, str | int | tuple[float, ...]]
-    outputs: dict[str, int]
+    solve: Annotated[dict[Text, Text | Count | tuple[FiniteFloat, ...]], AfterValidator(_by_a_method)]
+    outputs: dict[Text, Count]
+
+    @model_validator(mode="after")
+    def _one_control(self):
+        if (self.P is None) == (self.shortening is None):
+            raise ValueError("give either P or shortening")
+        return self
+
+    def __str__(self):
+        """As it stands in a list, on one line; the title last, since it may be long."""
+        ends = ", ".join(self.ends) if len(self.ends) <= MOST_ENDS else f"{len(self.ends)} end conditions"
+        given = f"{self.control} {getattr(self, self.control)}"
+        what = (
+            f"{self.bytes / 1e6:.2g} MB",
+            self.solve["method"],
+            self.date_created[:10],
+            ends,
+            f"H {self.H}",
+        )
+        return "  ".join([*what, given, f"{len(self.states)} states", self.title[:MOST_OF_TITLE]])
 
     @property
     def control(self):
@@ -75,7 +124,7 @@ class Entry(_Record):
             and (H is None or H in self.H)
             and (P is None or (self.P is not None and P in self.P))
             and (shortening is None or (self.shortening is not None and shortening in self.shortening))
-            and method in (None, self.solve.get("method"))
+            and method in (None, self.solve["method"])
         )
 
 
@@ -87,15 +136,32 @@ def _canonical(state, ends):
         return None
 
 
-def _plain(name):
-    if Path(name).name != name:
-        raise ValueError(f"{name!r} is no name of a file in the folder of the index")
-    return name
+def is_name(name):
+    """Whether a text may be the name of a dataset in the folder of the index."""
+    try:
+        size = len(name.encode())
+    except UnicodeEncodeError:
+        return False
+    return Path(name).name == name and name.endswith(SUFFIX) and "\0" not in name and size <= LONGEST_NAME
 
 
-class _Index(_Record):
-    format_version: Literal[1]
-    entries: dict[Annotated[str, AfterValidator(_plain)], Entry]
+def _whole(text):
+    """A whole number; one that no file can have becomes infinite, which no entry accepts."""
+    return int(text) if len(text) <= MOST_DIGITS else math.inf
+
+
+class _Table(dict):
+    """A table of the index, and which of its keys are there twice."""
+
+    def __init__(self, pairs):
+        super().__init__(pairs)
+        keys = [key for key, _ in pairs]
+        self.twice = {key for key in keys if keys.count(key) > 1} if len(self) < len(keys) else set()
+
+    def anywhere_twice(self):
+        """Such keys here and in the tables below."""
+        below = (value.anywhere_twice() for value in self.values() if isinstance(value, _Table))
+        return self.twice.union(*below)
 
 
 @dataclass(frozen=True)
@@ -107,10 +173,13 @@ class Catalog:
     folder : Path
     entries : dict of str to Entry
         By the name of the file in the folder.
+    bad : dict of str to str
+        Entries that cannot be used: what is wrong with each.
     """
 
     folder: Path
     entries: dict[str, Entry]
+    bad: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def read(cls, folder: str | Path) -> "Catalog":
@@ -127,7 +196,8 @@ class Catalog:
         Raises
         ------
         StudyError
-            If there is no such folder, or its index is damaged or of a newer version.
+            If there is no such folder, or its index is no JSON with entries or of a newer version. An entry
+            that cannot be used does not hide the others.
         """
         folder = Path(folder)
         if not folder.is_dir():
@@ -136,36 +206,48 @@ class Catalog:
                 "$ELASTICA_CATALOG"
             )
         path = folder / INDEX
+        if path.exists() and not path.is_file():
+            raise _damaged(path, "it is no file")
         try:
-            index = json.loads(path.read_text(encoding="utf-8"))
+            text = path.read_text(encoding="utf-8")
+            index = json.loads(text, object_pairs_hook=_Table, parse_int=_whole)
         except FileNotFoundError:
             return cls(folder, {})
         except (ValueError, RecursionError) as problem:
             raise _damaged(path, problem) from None
-        version = index.get("format_version") if isinstance(index, dict) else None
-        if isinstance(version, int) and version > INDEX_VERSION:
+        found = index.get("entries") if isinstance(index, _Table) else None
+        if not isinstance(found, _Table) or index.twice:
+            raise _damaged(path, "it has no table of entries, or two")
+        version = index.get("format_version")
+        if not isinstance(version, (int, float)) or isinstance(version, bool) or version < 1:
+            raise _damaged(path, f"its format_version is {shown(version)}")
+        if version > INDEX_VERSION:
             raise StudyError(
-                f"{path}: version {version} of the index is newer than {INDEX_VERSION}, which this version "
-                "reads; install a newer constrained-elastica"
+                f"{path}: version {shown(version)} of the index is newer than {INDEX_VERSION}, which this "
+                "version reads; install a newer constrained-elastica"
             )
-        try:
-            return cls(folder, _Index.model_validate(index).entries)
-        except ValidationError as problem:
-            error = problem.errors()[0]
-            where = ".".join(map(str, error["loc"]))
-            raise _damaged(path, f"{where}: {error['msg']}") from None
+        catalog = cls(folder, {})
+        for name, content in found.items():
+            try:
+                catalog.entries[name] = _entry(name, content, name in found.twice)
+            except StudyError as problem:
+                catalog.bad[name] = f"{path}: {problem}"
+        return catalog
 
     def path(self, name: str) -> Path:
         """Path of an archived dataset."""
         return self.folder / name
 
     def condition(self, name: str) -> str:
-        """What a look at the folder tells of a dataset: "present", "gone" or "changed"."""
+        """What a look at the folder tells of a dataset: "present", "gone", "changed" or "unreadable"."""
         try:
-            size = self.path(name).stat().st_size
+            found = self.path(name).stat()
         except FileNotFoundError:
             return "gone"
-        return "present" if size == self.entries[name].bytes else "changed"
+        except OSError:
+            return "unreadable"
+        whole = stat.S_ISREG(found.st_mode) and found.st_size == self.entries[name].bytes
+        return "present" if whole else "changed"
 
     def find(
         self,
@@ -209,17 +291,42 @@ class Catalog:
             if value is not None and not math.isfinite(value):
                 raise StudyError(f"{name} = {value} is not a finite number; write one such as 0.1")
         query = {"ends": ends, "state": state, "H": H, "P": P, "shortening": shortening, "method": method}
-        return Catalog(
-            self.folder, {name: entry for name, entry in self.entries.items() if entry.holds(**query)}
-        )
+        found = {name: entry for name, entry in self.entries.items() if entry.holds(**query)}
+        return Catalog(self.folder, found, self.bad)
 
     def text(self) -> str:
         """Content of `index.json`."""
         entries = {name: self.entries[name] for name in sorted(self.entries)}
-        index = _Index(format_version=INDEX_VERSION, entries=entries).model_dump(
-            mode="json", exclude_none=True
-        )
+        table = {name: entry.model_dump(mode="json", exclude_none=True) for name, entry in entries.items()}
+        index = {"format_version": INDEX_VERSION, "entries": table}
         return json.dumps(index, indent=1, ensure_ascii=False) + "\n"
+
+
+def _entry(name, content, is_twice):
+    """An entry of the index.
+
+    Raises
+    ------
+    StudyError
+        If it cannot be used.
+    """
+    remedy = "; restore it, or take it out and add its dataset again"
+    where = f"entries.{_key(name)}"
+    if not is_name(name):
+        raise StudyError(f"{where}: {shown(name)} is no name of a file in the folder of the index{remedy}")
+    if is_twice or (isinstance(content, _Table) and content.anywhere_twice()):
+        raise StudyError(f"{where} is there twice, or a key of it{remedy}")
+    try:
+        return Entry.model_validate(content)
+    except ValidationError as problem:
+        error = problem.errors(include_url=False, include_input=False)[0]
+        keys = ".".join([where, *map(_key, error["loc"])])
+        raise StudyError(f"{keys}: {error['msg']}{remedy}") from None
+
+
+def _key(key):
+    """A key of the index, in a sentence."""
+    return str(key) if len(str(key)) <= MOST_SHOWN else shown(key)
 
 
 def _damaged(path, reason):

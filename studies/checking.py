@@ -19,14 +19,13 @@ from studies.files import (
     failure_indices,
     identify,
     opened,
+    read_apart,
     read_labels,
-    reading_limit,
     refuse_more_than_memory,
 )
 from studies.reduction import potential, summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.repeat import Repeated, repeat_events, repeat_points
-from studies.sandbox import call
 from studies.schema import (
     COORDINATES,
     TRANSITIONS,
@@ -80,7 +79,7 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     attributes = identify(path)
     problems = []
     with damage_told(path):
-        if call(content_hash, path, limit=reading_limit(path)) != attributes.get("content_hash"):
+        if read_apart(content_hash, path) != attributes.get("content_hash"):
             problems.append("the values are not those that were written (content_hash differs)")
     study = _study(path, attributes, problems)
     with opened(path) as dataset:

@@ -33,6 +33,14 @@ def refuse_windows():
         )
 
 
+def printable(text):
+    """A text that may be from a file, as it can be printed: one line in which nothing drives a terminal.
+
+    Control characters, ends of lines, and marks that turn the direction of writing are escaped.
+    """
+    return "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in str(text))
+
+
 def shown(value):
     """A value from a file, as it fits into one sentence."""
     try:

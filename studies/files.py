@@ -31,6 +31,8 @@ ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
 READING_SECONDS, READING_SPEED = 30.0, 10e6
 """A file that takes longer to read, given its bytes, makes the library loop."""
+READING_MEMORY = 1 << 30
+"""Bytes that reading a file may take beyond its own size: whole chunks, and the flags of all points."""
 READING_FAILS = (OSError, RuntimeError, ValueError, KeyError, AttributeError, IndexError, MemoryError)
 """What netCDF4 and xarray raise on damaged files."""
 # Chunks are written and read whole: the 64 MB that netCDF keeps of each variable would only fill memory.
@@ -356,9 +358,17 @@ def _with_plain_text(dataset):
     return dataset
 
 
-def reading_limit(path):
-    """Seconds after which reading a file must have come to an end."""
-    return READING_SECONDS + Path(path).stat().st_size / READING_SPEED
+def read_apart(function, path, *arguments):
+    """Read a file of unknown health or origin in another process, which has a limit of time and of memory.
+
+    Raises
+    ------
+    Lost
+        If the process did not survive it.
+    """
+    size = Path(path).stat().st_size
+    limit = READING_SECONDS + size / READING_SPEED
+    return call(function, path, *arguments, limit=limit, memory=READING_MEMORY + size)
 
 
 def identify(path, read=()):
@@ -385,7 +395,7 @@ def identify(path, read=()):
     with path.open("rb") as stream:
         refuse_other("dataset", path, stream.read(MOST_NEEDED))
     try:
-        return call(_identify, path, read, limit=reading_limit(path))
+        return read_apart(_identify, path, read)
     except Lost as problem:
         raise StudyError(f"{path}: the file is damaged (while it was read: {problem})") from None
 

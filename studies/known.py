@@ -14,10 +14,9 @@ from elastica.codes import Status
 from elastica.states import is_canonical
 from studies.errors import StudyError
 from studies.evaluate import word_failed
-from studies.files import content_hash, damage_told, identify, mark_of, opened, read_labels, reading_limit
+from studies.files import content_hash, damage_told, identify, mark_of, opened, read_apart, read_labels
 from studies.progress import note
 from studies.reduction import positions, read_rows
-from studies.sandbox import call
 from studies.schema import VARIABLES, control_of
 from studies.sources import Source, reading, refuse_changed
 from studies.study import NUMERICS_VERSION, Study
@@ -45,7 +44,7 @@ def read_finished(path):
     mark = mark_of(path)
     attributes = identify(path)
     with damage_told(path):
-        content = call(content_hash, path, limit=reading_limit(path))
+        content = read_apart(content_hash, path)
         study = Study.from_dict(json.loads(attributes["config_json"]), path)
         if study.study_id != attributes["study_id"]:
             raise StudyError(f"{path}: study_id does not belong to the study in config_json; damaged")

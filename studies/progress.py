@@ -4,6 +4,7 @@ import sys
 import time
 from contextlib import contextmanager
 
+from studies.errors import printable
 from studies.plan import readable_time
 
 QUIET_SECONDS = 30.0
@@ -11,7 +12,7 @@ QUIET_SECONDS = 30.0
 
 def note(text):
     """Tell the user what happened on the way."""
-    print(text, file=sys.stderr, flush=True)
+    print(printable(text), file=sys.stderr, flush=True)
 
 
 @contextmanager

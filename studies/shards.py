@@ -28,12 +28,12 @@ from studies.files import (
     READING_FAILS,
     define,
     opened,
-    reading_limit,
+    read_apart,
     write_failures,
 )
 from studies.progress import note
 from studies.provenance import decisive_versions
-from studies.sandbox import Lost, call
+from studies.sandbox import Lost
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 from studies.whole_files import PART, sync, temporary_beside
 
@@ -245,7 +245,7 @@ def _unlike(owner, path, identity):
     if owner is None:
         return "they are of an older release"
     try:
-        results, versions = call(_origin, path, limit=reading_limit(path))
+        results, versions = read_apart(_origin, path)
     except (*READING_FAILS, Lost):
         return "they are of another study or of other versions"
     if results != identity["results_id"]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from studies.command_line.group import BAD_INPUT, main
+from studies.command_line.group import BAD_INPUT, main, say
 from studies.command_line.options import FILE, JSON, NUMBER, Choice
 
 FOLDER = click.option(
@@ -51,17 +51,17 @@ def find(folder, as_json, **query):
 
     everything = Catalog.read(folder)
     found = everything.find(**query)
+    if not found.entries and not found.bad:
+        say(f"{folder}: none of {len(everything.entries)} datasets holds this", err=True)
     _show(found, as_json)
-    if not found.entries:
-        click.echo(f"{folder}: none of {len(everything.entries)} datasets holds this", err=True)
 
 
 def _show(catalog, as_json):
-    """Print entries; on the error output, what a look at the folder tells of their files."""
+    """Print entries; on the error output, those that are bad and what a look at the folder tells of files."""
     condition = {name: catalog.condition(name) for name in catalog.entries}
     for name, found in condition.items():
         if found != "present":
-            click.echo(f"problem: {catalog.path(name)}: the file is {found}", err=True)
+            say(f"problem: {catalog.path(name)}: the file is {found}", err=True)
     if as_json:
         rows = [
             {"name": name, "path": str(catalog.path(name)), "file": condition[name]}
@@ -69,12 +69,19 @@ def _show(catalog, as_json):
             for name, entry in catalog.entries.items()
         ]
         click.echo(json.dumps(rows))
-        return
-    for name, entry in catalog.entries.items():
-        about = f"{entry.bytes / 1e6:.2g} MB, {entry.solve['method']}, {entry.date_created[:10]}"
-        control, given = entry.control, getattr(entry, entry.control)
-        click.echo(f"{name}  ({about})  {entry.title}")
-        click.echo(f"  {', '.join(entry.ends)};  H {entry.H};  {control} {given};  {' '.join(entry.states)}")
+    else:
+        width = max(map(len, catalog.entries), default=0)
+        for name, entry in catalog.entries.items():
+            say(f"{name:<{width}}  {entry}")
+    _name_bad(catalog)
+
+
+def _name_bad(catalog):
+    """Name the entries of the index that cannot be used; the exit status tells that there are some."""
+    for problem in catalog.bad.values():
+        say(f"problem: {problem}", err=True)
+    if catalog.bad:
+        sys.exit(BAD_INPUT)
 
 
 @catalog.command()
@@ -84,7 +91,7 @@ def add(file, folder):
     """Move a dataset into the catalogue."""
     from studies.archive import add as add_file
 
-    click.echo(f"{folder / add_file(folder, file)}")
+    say(f"{folder / add_file(folder, file)}")
 
 
 @catalog.command()
@@ -107,11 +114,13 @@ def verify(folder, sample):
     for name, verdict, problems in verify_all(everything, sample):
         bad += bool(problems)
         for problem in problems:
-            click.echo(f"problem: {name}: {problem}", err=True)
+            say(f"problem: {name}: {problem}", err=True)
         if not problems:
-            click.echo(f"{name}: {verdict}")
+            say(f"{name}: {verdict}")
     for name in strays(everything):
-        click.echo(f"{name}: not in the index; `elastica catalog add` takes it in")
+        say(f"{name}: not in the index; `elastica catalog add` takes it in")
     if bad:
-        click.echo(f"{folder}: {bad} of {len(everything.entries)} datasets are not good", err=True)
+        say(f"{folder}: {bad} of {len(everything.entries)} datasets are not good", err=True)
+    _name_bad(everything)
+    if bad:
         sys.exit(BAD_INPUT)

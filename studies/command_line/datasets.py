@@ -4,7 +4,7 @@ import sys
 
 import click
 
-from studies.command_line.group import BAD_INPUT, main
+from studies.command_line.group import BAD_INPUT, main, say
 from studies.command_line.options import FILE, NUMBER, NUMBERS, STATES, Choice, Output, several, writable
 
 
@@ -23,9 +23,9 @@ def check(file, sample):
 
     report, problems = check_file(file, sample)
     for line in report:
-        click.echo(line)
+        say(line)
     for problem in problems:
-        click.echo(f"problem: {problem}", err=True)
+        say(f"problem: {problem}", err=True)
     if problems:
         sys.exit(BAD_INPUT)
 
@@ -63,7 +63,7 @@ def plot(file, kind, output, **options):
         if options["loads" if control == "shortening" else "shortenings"]:
             raise StudyError(f"{file}: {control} is prescribed in this dataset; choose points by --{control}")
         figures.save(getattr(figures, kind)(dataset, **arguments), output)
-    click.echo(f"{output}")
+    say(f"{output}")
 
 
 ARGUMENTS = {

@@ -5,7 +5,7 @@ import sys
 import click
 
 from studies.command_line.options import Command
-from studies.errors import FailedPoints, StudyError, refuse_windows
+from studies.errors import FailedPoints, StudyError, printable, refuse_windows
 
 BAD_INPUT = 2
 FAILED_POINTS = 3
@@ -42,8 +42,13 @@ class Group(click.Group):
             raise _refused(f"{where}{problem.strerror or problem}") from None
 
 
+def say(text, err=False):
+    """Print a line, of which parts may be from a file."""
+    click.echo(printable(text), err=err)
+
+
 def _refused(problem, status=BAD_INPUT):
-    error = click.ClickException(str(problem))
+    error = click.ClickException(printable(problem))
     error.exit_code = status
     return error
 

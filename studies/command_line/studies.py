@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from studies.cluster import QUEUES
-from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main
+from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main, say
 from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Choice, Output, writable
 
 
@@ -100,7 +100,7 @@ def run(
         )
         sys.exit(INTERRUPTED)
     for line in failed:
-        click.echo(f"failed: {line}", err=True)
+        say(f"failed: {line}", err=True)
     if output.exists():
         _summarise(ctx, output)
     else:
@@ -165,7 +165,7 @@ def _summarise(ctx, output):
     if counts[Status.FAILED]:
         click.echo("the points that failed, with reasons, are in the failure table", err=True)
     if without_events:
-        click.echo(f"transitions that could not be found: {without_events}", err=True)
+        say(f"transitions that could not be found: {without_events}", err=True)
     if counts[Status.FAILED] or without_events:
         ctx.exit(FAILED_POINTS)
 
@@ -180,4 +180,4 @@ def plan(study, workers):
     from studies.workers import processors
 
     for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
-        click.echo(line)
+        say(line)

@@ -17,10 +17,12 @@ from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.spelling import did_you_mean
 from elastica.strip import GIVEN
-from studies.errors import StudyError
+from studies.errors import StudyError, printable
 from studies.schema import VARIABLES
 from studies.units import STRIP, strip_of
 
+MOST_OF_TEXT = 120
+"""Characters of a text of a file in a figure."""
 COLOURS = {
     "0": "#d9d9d9",
     "B1": "#56b4e9",
@@ -152,11 +154,17 @@ def new_figure(size):
 
 def caption(figure, dataset, *parameters):
     """Title of the dataset over the figure, and below it what its numbers mean and where they are from."""
-    figure.suptitle(dataset.attrs.get("title") or dataset.attrs.get("id", ""), fontsize="medium")
-    names = (("data", "id"), ("study", "study_id"))
-    source = ", ".join(f"{name} {dataset.attrs[key]}" for name, key in names if key in dataset.attrs)
+    title, known, study = (_plain(dataset.attrs.get(key, "")) for key in ("title", "id", "study_id"))
+    figure.suptitle(title or known, fontsize="medium")
+    source = ", ".join(f"{name} {text}" for name, text in (("data", known), ("study", study)) if text)
     lines = [part for part in (*parameters, _strip(dataset), source) if part]
     figure.supxlabel("\n".join(lines), fontsize="x-small", color="0.3")
+
+
+def _plain(text):
+    """A text of a file, as it stands in a figure: no formula, and not longer than that."""
+    text = printable(text)
+    return (text if len(text) <= MOST_OF_TEXT else f"{text[:MOST_OF_TEXT]}…").replace("$", r"\$")
 
 
 def _strip(dataset):

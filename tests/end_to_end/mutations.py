@@ -2,6 +2,7 @@
 
 import copy
 import datetime
+import json
 import tomllib
 
 import netCDF4
@@ -150,6 +151,51 @@ def damaged_dataset(content, rng):
     return bytes(content)
 
 
+def mutated_index(text, rng):
+    """The index of a catalogue with characters, keys or values changed."""
+    for _ in range(int(rng.geometric(0.7))):
+        if rng.random() < 0.3:
+            text = _changed_text(text, rng)
+            continue
+        try:
+            content = json.loads(text)
+            table, key = _one_of(rng, list(_entries(content)) or [(content, "")])
+            kind = rng.integers(4)
+            if kind == 0:
+                table.pop(key, None)
+            elif kind == 1:
+                table[_one_of(rng, NAMES_OF_FILES)] = table.get(key)
+            elif kind == 2:
+                table[_one_of(rng, KEYS)] = _one_of(rng, JSON_VALUES)
+            else:
+                table[key] = _one_of(rng, JSON_VALUES)
+            text = json.dumps(content)
+        except (ValueError, TypeError, AttributeError):  # No longer JSON, or no table: texts are changed.
+            text = _changed_text(text, rng)
+    return text
+
+
+NAMES_OF_FILES = (
+    *[
+        "",
+        ".",
+        "..",
+        "a",
+        "a.nc",
+        "../a.nc",
+        "/etc/passwd",
+        "a\0.nc",
+        "\ud800.nc",
+        "x" * 300 + ".nc",
+        "index.json",
+    ],
+    *["index.lock", "-.nc", "\x1b[2J.nc", "\n.nc", "folder.nc", "💥.nc"],
+)
+JSON_VALUES = (
+    *(value for value in VALUES if not isinstance(value, (datetime.date, datetime.time))),
+    None,
+    "\ud800",
+)
 ATTRIBUTES = (
     *["format_version", "study_id", "numerics_id", "content_hash", "config_json", "control", "title"],
     *["numerics_version", "states_searched", "date_created", "source", "Conventions", "points_not_computed"],

@@ -63,7 +63,9 @@ def test_add_moves_the_file_and_list_tells_what_it_holds(tmp_path, dataset_file)
 
     text = catalog("list", folder=tmp_path / "catalogs").stdout
     assert "A small study" in text
-    assert "H 0.04 … 0.2 (5);  P 0.2 … 9 (12)" in text
+    assert "  clamped-clamped, clamped-pinned  H 0.04 … 0.2 (5)  P 0.2 … 9 (12)  " in text
+    assert text.startswith("small.nc  ")
+    assert text.count("\n") == 1
     [row] = json.loads(elastica("catalog", "list", "--json", cwd=tmp_path).stdout)
     assert (row["name"], row["file"], row["study"]) == ("small.nc", "present", "small")
     assert (row["content_hash"], row["bytes"]) == (content_hash(dataset_file), dataset_file.stat().st_size)
@@ -303,8 +305,8 @@ def test_a_damaged_index_is_one_sentence_and_stays_as_it_is(
     copy = tmp_path / "copy.nc"
     shutil.copy(dataset_file, copy)
     result = catalog(command, *([copy] if command == "add" else []), folder=archived)
-    assert (result.exit_code, result.output.count("\n")) == (2, 1)
-    assert message in result.output
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert message in result.stderr
     assert (archived / "index.json").read_text() == content
     assert copy.exists()
 
@@ -367,7 +369,7 @@ def test_a_lock_that_is_never_released_is_named(archived, other_file, tmp_path, 
     assert catalog("add", tmp_path / "other.nc", folder=archived).exit_code == 0
 
 
-@pytest.mark.parametrize("moment", ["_place", "_write", "unlink"])
+@pytest.mark.parametrize("moment", ["_place", "_write", "_take_away"])
 def test_an_add_that_stops_half_way_loses_nothing_and_can_be_repeated(
     archived, other_file, tmp_path, monkeypatch, moment
 ):
@@ -378,17 +380,14 @@ def test_an_add_that_stops_half_way_loses_nothing_and_can_be_repeated(
         raise OSError(28, "No space left on device", str(archived))
 
     with monkeypatch.context() as broken:
-        if moment == "unlink":
-            broken.setattr(Path, "unlink", lambda path, **o: stop() if path == source else os.unlink(path))
-        else:
-            broken.setattr(archive, moment, stop)
+        broken.setattr(archive, moment, stop)
         stopped = catalog("add", source, folder=archived)
     assert (stopped.exit_code, "No space left" in stopped.output) == (2, True)
     assert source.read_bytes() == other_file.read_bytes()
     assert not list(archived.glob("*.lock"))
     assert catalog("verify", "--sample", 0, folder=archived).exit_code == 0
     again = catalog("add", source, folder=archived)
-    assert again.exit_code == (2 if moment == "unlink" else 0), again.output
+    assert again.exit_code == (2 if moment == "_take_away" else 0), again.output
     assert (archived / "other.nc").read_bytes() == other_file.read_bytes()
     assert sorted(Catalog.read(archived).entries) == ["other.nc", "small.nc"]
     assert catalog("verify", "--sample", 0, folder=archived).exit_code == 0
@@ -404,7 +403,7 @@ def test_on_another_file_system_the_file_is_copied_and_proved(archived, other_fi
     with monkeypatch.context() as broken:
         broken.setattr(shutil, "copyfile", lambda a, b: Path(b).write_bytes(Path(a).read_bytes()[:-1]))
         refused = catalog("add", source, folder=archived)
-    assert (refused.exit_code, "the copy is not what was read" in refused.output) == (2, True)
+    assert (refused.exit_code, "this is not what was read before" in refused.output) == (2, True)
     assert sorted(path.name for path in archived.iterdir()) == ["index.json", "small.nc"]
     assert catalog("add", source, folder=archived).exit_code == 0
     assert not source.exists()
@@ -428,6 +427,145 @@ def test_the_archived_chart_is_good_small_and_that_of_its_study():
     # Once the numerics change, it has to be computed and added anew: then its sample is solved again.
     study = Study.from_toml(CATALOGS / "clamped-and-pinned.toml")
     assert (study.study_id, study.numerics_id) == (entry.study_id, entry.numerics_id)
+
+
+@pytest.mark.parametrize("far", [False, True])
+def test_a_file_that_takes_the_place_of_the_one_added_is_not_removed(
+    archived, other_file, tmp_path, monkeypatch, far
+):
+    source = tmp_path / "other.nc"
+    shutil.copy(other_file, source)
+    if far:
+
+        def no_link(old, new):
+            if Path(new).parent == archived:
+                raise OSError(18, "Invalid cross-device link")
+            link(old, new)
+
+        link = os.link
+        monkeypatch.setattr(os, "link", no_link)
+
+    def replace(catalog):
+        (tmp_path / "newer").write_text("a day of work")
+        os.replace(tmp_path / "newer", source)
+        _write(catalog)
+
+    monkeypatch.setattr(archive, "_write", replace)
+    added = catalog("add", source, folder=archived)
+    assert added.exit_code == 0, added.output
+    assert source.read_text() == "a day of work"
+    assert "another file has taken this place" in added.stderr
+    assert (archived / "other.nc").read_bytes() == other_file.read_bytes()
+    assert [path.name for path in tmp_path.glob(".*")] == []
+    assert catalog("verify", "--sample", 0, folder=archived).exit_code == 0
+
+
+def test_what_is_added_is_what_was_read(archived, other_file, tmp_path, monkeypatch):
+    """Whenever another file comes in between, nothing is added and nothing is removed."""
+    source = tmp_path / "other.nc"
+    index = (archived / "index.json").read_text()
+    for name, original in (("describe", archive.describe), ("_name", archive._name)):
+        shutil.copy(other_file, source)
+
+        def replacing(*arguments, original=original):
+            answer = original(*arguments)
+            shutil.copy(SHIPPED, tmp_path / "newer")
+            os.replace(tmp_path / "newer", source)
+            return answer
+
+        with monkeypatch.context() as patched:
+            patched.setattr(archive, name, replacing)
+            refused = catalog("add", source, folder=archived)
+        assert (refused.exit_code, "add it again" in refused.output) == (2, True), refused.output
+        assert source.read_bytes() == SHIPPED.read_bytes()
+        assert sorted(path.name for path in archived.iterdir()) == ["index.json", "small.nc"]
+        assert (archived / "index.json").read_text() == index
+
+
+def test_a_name_that_appears_in_the_folder_is_not_overwritten(archived, other_file, tmp_path, monkeypatch):
+    source = tmp_path / "other.nc"
+    shutil.copy(other_file, source)
+
+    def appearing(*arguments, original=archive._name):
+        name = original(*arguments)
+        (archived / name).write_text("a day of work")
+        return name
+
+    monkeypatch.setattr(archive, "_name", appearing)
+    refused = catalog("add", source, folder=archived)
+    assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
+    assert (archived / "other.nc").read_text() == "a day of work"
+    assert source.exists()
+
+
+BAD_NAMES = [
+    "",
+    ".",
+    "..",
+    "../a.nc",
+    "a\0.nc",
+    "\ud800.nc",
+    "x" * 300 + ".nc",
+    "a",
+    "index.json",
+    "/etc/passwd",
+]
+BAD_CONTENT = [
+    {"solve": {}},
+    {"solve": {"method": "magic"}},
+    {"solve": {"method": "chain", "stiffness": [float("nan")]}},
+    {"bytes": 10**399},
+    {"bytes": -1},
+    {"title": None},
+    {"title": "\ud800"},
+    {"title": "x" * 100_000},
+    {"ends": ["clamped-free"]},
+    {"H": {"start": float("inf"), "stop": 1, "num": 1}},
+    {"H": {"start": 0, "stop": 1, "num": 1e400}},
+    {"P": None},
+    {"shortening": {"start": 0, "stop": 1, "num": 1}},
+    {"extra": 1},
+]
+
+
+@pytest.mark.parametrize("command", ["list", "find", "verify", "add"])
+def test_a_bad_entry_is_named_and_hides_no_other(archived, other_file, tmp_path, command):
+    index = json.loads((archived / "index.json").read_text())
+    good = index["entries"]["small.nc"]
+    bad = {name: good for name in BAD_NAMES} | {
+        f"{number}.nc": good | content for number, content in enumerate(BAD_CONTENT)
+    }
+    text = json.dumps(index | {"entries": bad | {"small.nc": good}})
+    twice = text.replace(
+        '"entries": {', '"entries": {"twice.nc": {}, "twice.nc": {}, "in.nc": {"a": 1, "a": 2}, '
+    )
+    for content, named in ((text, len(bad)), (twice, len(bad) + 2)):
+        (archived / "index.json").write_text(content)
+        arguments = {"add": [other_file], "verify": ["--sample", 0]}.get(command, [])
+        result = catalog(command, *arguments, folder=archived)
+        assert result.exit_code == 2
+        assert "Traceback" not in result.output
+        if command == "add":
+            assert result.output.count("\n") == 1
+            assert other_file.exists()
+            continue
+        assert result.stdout.startswith("small.nc") and result.stdout.count("\n") == 1
+        problems = result.stderr.splitlines()
+        assert len(problems) == named, result.stderr
+        assert all(line.startswith("problem: ") and len(line) < 400 for line in problems)
+
+
+def test_texts_of_an_index_cannot_drive_a_terminal(archived):
+    index = json.loads((archived / "index.json").read_text())
+    entry = index["entries"]["small.nc"]
+    wild = "\x1b[2J\r\n\u202e\u2028\x07\x9b"
+    entry |= {"title": wild, "date_created": wild, "states": [wild]}
+    index["entries"][f"{wild}.nc"] = entry | {"study": wild}
+    (archived / "index.json").write_text(json.dumps(index))
+    for command in ("list", "find", "verify"):
+        result = catalog(command, folder=archived)
+        assert all(mark.isprintable() for mark in result.output.replace("\n", "")), result.output
+        assert result.stdout.count("\n") == (1 if command == "verify" else 2), result.stdout
 
 
 STUDIES = sorted(path.stem for path in CATALOGS.glob("*.toml"))

@@ -11,7 +11,7 @@ from netCDF4 import Dataset
 import studies
 from studies.command_line import main
 from studies.errors import StudyError
-from studies.files import content_hash, identify
+from studies.files import content_hash, identify, write_failures
 from studies.sandbox import call
 
 
@@ -282,3 +282,28 @@ def test_declared_sizes_beyond_memory_are_refused_unread(dataset_file, tmp_path)
         result = CliRunner().invoke(main, [command, str(path)])
         assert (result.exit_code, result.output.count("\n")) == (2, 1), result.output
         assert str(path) in result.output
+
+
+def test_texts_of_a_file_cannot_drive_a_terminal_or_a_figure(dataset_file, tmp_path):
+    wild = "\x1b[2J\r\n\u202e\u2066\u2028\x07$\\frac{$" + "x" * 10_000
+
+    def edit(dataset):
+        for name in ("title", "source", "date_created", "id", "history", "Conventions"):
+            dataset.setncattr(name, wild)
+        dataset["energy"].long_name = wild[:1000]
+        write_failures(dataset, "P", [(0, 0, 0, 0, wild)])
+
+    path = edited(dataset_file, tmp_path / "wild.nc", edit)
+    for arguments in (["check", path, "--sample", 0], ["plot", path], ["plot", path, "--kind", "shapes"]):
+        result = CliRunner().invoke(main, [str(word) for word in arguments])
+        assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
+        assert all(mark.isprintable() for mark in result.output.replace("\n", "")), result.output
+    assert CliRunner().invoke(main, ["plot", str(path)]).exit_code == 0
+
+
+def test_names_of_files_cannot_drive_a_terminal(dataset_file, tmp_path):
+    path = tmp_path / "\x1b[2J\n\u202e.nc"
+    for command in (["check"], ["plot"], ["catalog", "add"], ["merge"], ["run"]):
+        result = CliRunner().invoke(main, [*command, str(path)])
+        assert result.exit_code == 2
+        assert all(mark.isprintable() for mark in result.output.replace("\n", "")), result.output

@@ -1,12 +1,13 @@
 """Files that are changed at random: an answer or one clear sentence, never a traceback or a new file."""
 
+import json
 import time
 from collections import Counter
 from pathlib import Path
 
 from click.testing import CliRunner
 from end_to_end.conftest import CONTENT, TOML
-from end_to_end.mutations import damaged_dataset, edited_dataset, mutated_study
+from end_to_end.mutations import damaged_dataset, edited_dataset, mutated_index, mutated_study
 from end_to_end.processes import elastica
 
 from studies import Study
@@ -59,6 +60,26 @@ def test_mutated_study_files_give_a_plan_or_one_sentence(tmp_path, rng, full, mo
     assert slowest < 30
     record_property("plans and refusals", dict(found))
     print(f"plans {found[0]}, refusals {found[2]}, slowest {slowest:.1f} s")
+
+
+def test_mutated_indexes_give_an_answer_or_sentences(tmp_path, rng, full, record_property):
+    good = (CATALOGUES[0].parent / "index.json").read_text()
+    entry = json.loads(good)["entries"]["clamped-and-pinned.nc"]
+    index = json.loads(good) | {"entries": {f"{name}.nc": entry for name in "abc"}}
+    found = Counter()
+    (tmp_path / "folder.nc").mkdir()
+    for trial in range(20_000 if full else 400):
+        text = mutated_index(json.dumps(index, indent=1), rng)
+        (tmp_path / "index.json").write_bytes(text.encode("utf-8", "surrogatepass"))
+        command = [("list",), ("find", "--state", "U"), ("list", "--json"), ("verify",)][trial % 4]
+        status, words = answer("catalog", *command, "--catalog", tmp_path)
+        found[command[0], status] += 1
+        assert status in (0, 2), (trial, words)
+        assert all(len(line) <= 2 * LONGEST for line in words.splitlines() if line[:1] != "["), (trial, words)
+        assert all(mark.isprintable() for mark in words.replace("\n", "")), (trial, words)
+        assert sorted(path.name for path in tmp_path.iterdir()) == ["folder.nc", "index.json"]
+    assert min(found["list", 0], found["list", 2]) > 20
+    record_property("answers by command and exit status", {str(key): count for key, count in found.items()})
 
 
 def test_mutated_datasets_give_an_answer_or_one_sentence(computed, tmp_path, rng, full, record_property):
