@@ -113,7 +113,7 @@ def test_find_by_ends_state_gap_and_load(archived, other_file, tmp_path, query, 
     rows = catalog("find", *query.split(), "--json", folder=archived)
     assert [row["name"] for row in json.loads(rows.stdout)] == found
     words = catalog("find", *query.split(), folder=archived)
-    assert [line.split()[0] for line in words.stdout.splitlines()[::2]] == found
+    assert [line.split()[0] for line in words.stdout.splitlines()] == found
     assert ("none of 2 datasets holds this" in words.stderr) == (not found)
 
 
@@ -280,7 +280,8 @@ def test_a_dataset_of_older_numerics_is_still_good_and_says_so(tmp_path, dataset
     with Dataset(old, "a") as dataset:
         dataset.content_hash = content_hash(old)
     report, problems = studies.check(old, sample=20)
-    assert (problems, "computed by version 1" in report[-2], report[-1]) == ([], True, "  good")
+    assert (problems, report[-1]) == ([], "  good")
+    assert any(line.endswith("computed by version 1") for line in report)
     assert catalog("add", old, folder=folder).exit_code == 0
     assert catalog("verify", folder=folder).stdout == "old.nc: good\n"
     assert Catalog.read(folder).entries["old.nc"].numerics_id == "of then"
@@ -318,8 +319,8 @@ def test_a_damaged_index_is_one_sentence_and_stays_as_it_is(
         (("--state", "Q"), "state = 'Q' is not known"),
         (("--ends", "clamped-clamped", "--state", "Ua-"), "leave out the 'a'"),
         (("--H", "nan"), "H = nan is not a finite number"),
-        (("--P", "x"), "'x' is not a valid float"),
-        (("--method", "magic"), "'magic' is not one of"),
+        (("--P", "x"), "'x' is not a number"),
+        (("--method", "magic"), "'magic' is not known"),
     ],
 )
 def test_queries_that_make_no_sense(archived, arguments, message):

@@ -39,7 +39,7 @@ def test_they_open_plot_check_and_merge(tmp_path):
         report, problems = studies.check(path)
         assert problems == []
         again = f"solved again by version {NUMERICS_VERSION} of the numerics, computed by version 3"
-        assert again in report[-2]
+        assert any(again in line for line in report)
         assert report[-1] == "  good"
         with studies.open(path) as dataset:
             studies.plot.chart(dataset)
