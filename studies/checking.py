@@ -28,6 +28,7 @@ from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.repeat import Repeated, repeat_events, repeat_points
 from studies.schema import (
     COORDINATES,
+    STATES_NOT_COMPUTED,
     TRANSITIONS,
     control_of,
     coordinates,
@@ -109,7 +110,9 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     if study is not None:
         foreign = _agreement(study, labels, attributes)
         if not foreign:
-            points = repeat_points(study, labels, values, sample, seed, not _of_this_version(attributes))
+            older = not _of_this_version(attributes)
+            unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
+            points = repeat_points(study, labels, values, sample, seed, older, unsearched)
             transitions = repeat_events(study, labels, events, without_events, sample, seed)
         problems += foreign + points.problems + transitions.problems
         if study.grid.refine and not foreign:

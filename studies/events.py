@@ -129,5 +129,6 @@ def read_events(path):
 def join_events(paths, ends, names):
     """The table from its shards: rows in order, and where events could not be found."""
     found = [read_events(path) for path in paths]
-    rows = in_order((row for rows, _ in found for row in rows), ends, names)
+    # Datasets that are merged may share gaps.
+    rows = in_order(dict.fromkeys(row for rows, _ in found for row in rows), ends, names)
     return rows, sorted(failed for _, failed in found if failed)

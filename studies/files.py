@@ -21,7 +21,7 @@ import psutil
 from studies.errors import StudyError, readable_path
 from studies.kinds import MOST_NEEDED, refuse_other
 from studies.sandbox import Lost, call
-from studies.schema import COORDINATES, FORMAT_VERSION, TRANSITIONS_FAILED
+from studies.schema import COORDINATES, FORMAT_VERSION, STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.structure import MEANING, fault
 
 if TYPE_CHECKING:
@@ -219,10 +219,11 @@ def hash_values(dataset):
     """SHA-256 of what an open dataset says, whoever wrote it.
 
     Covers what was asked (the numerics, what is prescribed, the states looked for), where no transitions
-    could be found, and every variable: its name, dimensions, type, labels and values, all NaN alike and both
-    zeros, and since format 2 its units and the meanings of its flags; attributes that would change what a
-    reader makes of the values no dataset may have (`structure`). Does not cover how the values are stored
-    (compression, chunks, byte order), texts for readers, and the origin (versions, times, host).
+    could be found, which states were not looked for everywhere, and every variable: its name, dimensions,
+    type, labels and values, all NaN alike and both zeros, and since format 2 its units and the meanings of
+    its flags; attributes that would change what a reader makes of the values no dataset may have
+    (`structure`). Does not cover how the values are stored (compression, chunks, byte order), texts for
+    readers, and the origin (versions, times, host).
 
     It proves that a file is whole, not who wrote it: whoever edits one can compute it again. What the values
     are worth shows when they are solved again, as `elastica check` does with some of them.
@@ -231,8 +232,9 @@ def hash_values(dataset):
     first_format = getattr(dataset, "format_version", 1) == 1
     for name in ("numerics_id", "control", "states_searched"):
         digest.update(f"{name} {getattr(dataset, name, '')}".encode())
-    if TRANSITIONS_FAILED in dataset.ncattrs():
-        digest.update(f"{TRANSITIONS_FAILED} {dataset.getncattr(TRANSITIONS_FAILED)}".encode())
+    for name in (TRANSITIONS_FAILED, STATES_NOT_COMPUTED):
+        if name in dataset.ncattrs():
+            digest.update(f"{name} {dataset.getncattr(name)}".encode())
     for name in sorted(dataset.variables):
         variable = dataset.variables[name]
         dimensions, dtype, shape, bands = _contents(variable)

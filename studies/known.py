@@ -17,7 +17,7 @@ from studies.evaluate import word_failed
 from studies.files import content_hash, damage_told, identify, mark_of, opened, read_apart, read_labels
 from studies.progress import note
 from studies.reduction import positions, read_rows
-from studies.schema import VARIABLES, control_of
+from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of
 from studies.sources import Source, reading, refuse_changed
 from studies.study import NUMERICS_VERSION, Study
 
@@ -84,8 +84,13 @@ class Known(NamedTuple):
 def known_from(files, grid, about):
     """What finished datasets hold of a grid."""
     sources = tuple(file.source for file in files)
-    searched = frozenset.intersection(*(frozenset(file.study.task.names) for file in files))
+    searched = frozenset.intersection(*map(_searched, files))
     return Known(sources, _held(grid, sources), searched, about)
+
+
+def _searched(file):
+    """States that were asked for at every point of a dataset."""
+    return frozenset(file.study.task.names) - {*file.attributes.get(STATES_NOT_COMPUTED, "").split()}
 
 
 def lend(path, study):

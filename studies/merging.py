@@ -8,12 +8,17 @@ from dataclasses import replace
 import numpy as np
 
 from elastica.codes import Status
+from elastica.states import is_canonical
 from studies.errors import StudyError
-from studies.known import known_from, read_finished, refuse_unlike, state_labels
-from studies.plan import Plan
-from studies.reduction import positions
+from studies.known import gaps, known_from, read_finished, refuse_unlike, state_labels
+from studies.output import refuse_unwritable
+from studies.plan import Plan, readable_time
+from studies.progress import note
+from studies.provenance import describe
+from studies.reduction import positions, reduce, survey
+from studies.reduction import state_labels as joined_labels
 from studies.runner import compute
-from studies.schema import per_state
+from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED, per_state
 from studies.sources import reading
 from studies.study import Study
 
@@ -22,26 +27,32 @@ AGREE = 1e-9
 NAMED = 5
 
 
-def merge(paths, out):
-    """Join datasets to one; the best states are found anew.
+def merge(paths, out, fill=False):
+    """Join datasets to one; the best states are found anew. Nothing is computed unless `fill` says so.
 
     Parameters
     ----------
     paths : sequence of Path
     out : Path
+    fill : bool
+        Compute what some of the datasets have and others lack at points of theirs: states, which they did
+        not search or have left out since they are solved nowhere there, and events of the transition table.
 
     Returns
     -------
     Study
-        Of the grid that has every label of them all. Points that none holds are not computed; states that
-        some of them left out are, where others solve them. If any has a transition table, that of all labels
-        is computed anew, since gaps, loads and states may be more than each has.
+        Of the grid that has every label of them all. Points that none holds are not computed; nor, without
+        `fill`, are the states above, which the attribute `states_not_computed` names. There is then a
+        transition table only if those of the datasets make up that of the whole.
 
     Raises
     ------
     StudyError
-        If the datasets are not of the same numerics, or differ at a point that both hold.
+        If the output exists, the datasets are not of the same numerics, or differ at a point that both hold.
     """
+    if out.exists():
+        raise StudyError(f"{out}: this exists; choose another output or move it away")
+    refuse_unwritable(out)
     files = [read_finished(path) for path in paths]
     first = files[0].attributes
     numerics = {name: first[name] for name in ("numerics_version", "numerics_id") if name in first}
@@ -55,9 +66,61 @@ def merge(paths, out):
     known = known_from(files, study.grid, numerics | {"merged_from": merged_from})
     if missing := int((~known.held).sum()):
         known.about["points_not_computed"] = missing
-    # What no file holds stays so; states that only some of them know are computed for the others.
-    compute(replace(Plan.of(study, known=known), blocks=()), out)
+    surveyed = survey(known.sources, study.grid)
+    rest = gaps(known, study, surveyed.names)
+    tables = _tables(files, study, joined_labels(study, surveyed))
+    if fill and (rest[0] or tables is None):
+        # What no file holds stays so.
+        compute(replace(Plan.of(study, known=known), blocks=()), out)
+        return study
+    if rest[0]:
+        known.about[STATES_NOT_COMPUTED] = " ".join(rest[0])
+        _tell_of_states(study, *rest)
+    if tables is None:
+        _tell_of_events(study, joined_labels(study, surveyed))
+        outputs = study.outputs.model_copy(update={"transitions": None})
+        study, tables = study.model_copy(update={"outputs": outputs}), []
+    reduce(study, list(known.sources), surveyed, out, describe(study) | known.about, tables)
     return study
+
+
+def _tell_of_states(study, names, points):
+    """Say which states are not computed, at how many points, and what it would take."""
+    seconds = Plan.of(study, rest=(names, points)).seconds
+    note(
+        f"{' '.join(names)}: not computed at {points.sum():,} of {points.size:,} points, whose datasets lack "
+        f"them; --fill (in Python fill=True) computes them, in {readable_time(seconds)} of work"
+    )
+
+
+def _tell_of_events(study, names):
+    seconds = Plan.of_events(study, names).seconds
+    note(
+        "transitions: left out, since the tables of the datasets do not make up that of the whole; --fill "
+        f"(in Python fill=True) finds them, in {readable_time(seconds)} of work"
+    )
+
+
+def _tables(files, study, names):
+    """Datasets whose transition tables make up that of the whole; None if they do not."""
+    if not study.outputs.transitions:
+        return []
+    grid, held = study.grid, set()
+    for file in files:
+        labels = set(state_labels(file.source))
+        ends = {name: [label for label in names if is_canonical(label, name)] for name in file.source.ends}
+        whole = (
+            file.study.outputs.transitions
+            and TRANSITIONS_FAILED not in file.attributes
+            and (file.study.grid.given[0], file.study.grid.given[-1]) == (grid.given[0], grid.given[-1])
+        )
+        held |= {
+            (name, gap)
+            for name in file.source.ends
+            for gap in file.study.grid.H
+            if whole and labels.issuperset(ends[name])
+        }
+    return [file.source.path for file in files] if len(held) == len(grid.ends) * len(grid.H) else None
 
 
 def _united(files):

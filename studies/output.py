@@ -19,6 +19,7 @@ from studies.files import (
 )
 from studies.progress import note
 from studies.provenance import texts
+from studies.schema import STATES_NOT_COMPUTED
 from studies.shards import LONGEST_NAME, folder_of
 from studies.study import Study
 from studies.whole_files import temporary_beside, temporary_name, written_whole
@@ -43,10 +44,10 @@ def is_done(study, out):
         found = identify(out)
         if not _same_results(study, found):
             raise StudyError(f"{out}: this holds another study; choose another output or move it away")
-        if "points_not_computed" in found:
+        if {"points_not_computed", STATES_NOT_COMPUTED} & found.keys():
             raise StudyError(
-                f"{out}: points of this study are not computed here; choose another output and reuse "
-                "the datasets that it was merged from"
+                f"{out}: points of this study, or states there, are not computed here; choose another output "
+                "and --reuse this one"
             )
         if found.get("numerics_id") != study.numerics_id:
             raise StudyError(

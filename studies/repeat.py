@@ -52,7 +52,7 @@ class Repeated(NamedTuple):
     problems: list
 
 
-def repeat_points(study, labels, values, sample, seed, older):
+def repeat_points(study, labels, values, sample, seed, older, unsearched):
     """Solve some grid points again and compare: flags exactly, numbers within the error of the new ones.
 
     Parameters
@@ -64,6 +64,8 @@ def repeat_points(study, labels, values, sample, seed, older):
         How many points, and which.
     older : bool
         Whether the dataset is by numerics that had no word for what was not followed.
+    unsearched : collection of str
+        States that the dataset says are not computed at all points.
 
     Returns
     -------
@@ -90,7 +92,7 @@ def repeat_points(study, labels, values, sample, seed, older):
         sure = ~(failed | fails | absent | unclear)
         compared += int((sure & ~critical).sum())
         differing = {name: _differs(name, old, again, sure, critical) for name in again}
-        lost = [name for name in found if name not in names]
+        lost = [name for name in found if name not in names and name.partition(":")[0] not in unsearched]
         status = solved["status"][:, [found.index(name) for name in lost]]
         differing["state"] = (status == Status.SOLVED).any(axis=1) & ~missing.any(axis=1)
         for name, differs in differing.items():

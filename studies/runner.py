@@ -257,7 +257,8 @@ def _refuse_older(plan, what):
     if then != NUMERICS_VERSION:
         raise StudyError(
             f"these datasets are by version {then} of the numerics, which version {NUMERICS_VERSION} cannot "
-            f"repeat, and to join them {what} would have to be computed; compute the study anew"
+            f"repeat, and to join them {what} would have to be computed; join them without --fill "
+            "or compute the study anew"
         )
 
 

@@ -25,6 +25,8 @@ that is said here, and xarray, MATLAB, Julia or R read it.
   (about to change), −1 not_solved.
 * `ends` and `state` are text, the names of `elastica.ends` and `elastica.states`. States that are solved
   nowhere are left out unless the study names them; the attribute `states_searched` lists all.
+* A merged dataset may lack points, so many that `points_not_computed` says, and states at points of some of
+  the datasets: `states_not_computed` names those, with what may have been left out there.
 * Attributes: `config_json` (the whole study), `study_id`, `numerics_id` (datasets that share it can be
   merged), `format_version`, versions of the code and libraries, `history`, and `content_hash` over all
   values, which `elastica check` verifies. Every chunk carries a checksum.
@@ -208,6 +210,8 @@ TRANSITIONS = {
 """Columns of the transition table, as `elastica.transitions` has them."""
 TRANSITIONS_FAILED = "transitions_failed"
 """Attribute that tells where transitions could not be found, and why."""
+STATES_NOT_COMPUTED = "states_not_computed"
+"""Attribute of a merged dataset that names the states which are not computed at all its points."""
 
 COORDINATES = {
     "ends": {"long_name": "end conditions at A and B"},

@@ -10,7 +10,7 @@ import numpy as np
 from elastica.ends import parse_ends
 from elastica.states import parse_state
 from studies.errors import shown
-from studies.schema import TRANSITIONS, VARIABLES, control_of, every_variable
+from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS, VARIABLES, control_of, every_variable
 
 MEANING = ("units", "flag_values", "flag_meanings")
 """Attributes that say what values mean."""
@@ -19,7 +19,10 @@ MOST_WORDS = 2000
 """Characters of a text for readers."""
 TIMES = ("days", "hours", "minutes", "seconds", "milliseconds", "microseconds", "nanoseconds")
 """Units, beside those since a date, that make readers take numbers for times."""
-TEXTS = ("study_id", "numerics_id", "content_hash", "config_json", "control", "states_searched")
+TEXTS = (
+    *("study_id", "numerics_id", "content_hash", "config_json", "control", "states_searched"),
+    STATES_NOT_COMPUTED,
+)
 KNOWN_FLAGS = {
     name: {(code.value, code.name.lower()) for code in variable.flags}
     for name, variable in (VARIABLES | TRANSITIONS).items()

@@ -9,7 +9,7 @@ import click
 
 from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main, say
-from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Choice, Output, writable
+from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Choice, Output
 
 
 class Part(click.ParamType):
@@ -111,16 +111,16 @@ def run(
 @main.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="A.nc B.nc …")
 @click.option("-o", "--output", type=Output(), required=True)
+@click.option("--fill", is_flag=True, help="Compute states and transitions that some of the files lack.")
 @click.pass_context
-def merge(ctx, files, output):
-    """Join datasets of the same numerics along ends, H, what is prescribed, and states."""
-    from studies.errors import StudyError
+def merge(ctx, files, output, fill):
+    """Join datasets of the same numerics along ends, H, what is prescribed, and states.
+
+    Nothing is computed unless --fill says so: what the files lack is told, with the time it would take.
+    """
     from studies.merging import merge as merge_files
 
-    if output.exists():
-        raise StudyError(f"{output}: this exists; choose another output or move it away")
-    writable(output)
-    merge_files(files, output)
+    merge_files(files, output, fill)
     _summarise(ctx, output)
 
 

@@ -113,11 +113,61 @@ def test_a_merged_dataset_with_holes_is_used_again(whole, tmp_path):
 def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
     first = compute(part(ends=list(WHOLE.grid.ends), H=[0.08, 0.12], P=list(WHOLE.grid.P)), tmp_path / "a.nc")
     second = compute(part(ends=list(WHOLE.grid.ends), H=[0.1, 0.12], P=list(WHOLE.grid.P)), tmp_path / "b.nc")
-    result = CliRunner().invoke(main, ["merge", str(first), str(second), "-o", str(tmp_path / "c.nc")])
+    files = [str(first), str(second), "-o", str(tmp_path / "c.nc")]
+    result = CliRunner().invoke(main, ["merge", *files, "--fill"])
     assert result.exit_code == 0, result.output
     assert_identical(tmp_path / "c.nc", whole)
     assert identify(tmp_path / "c.nc")["study_id"] == WHOLE.study_id
     assert studies.check(tmp_path / "c.nc", sample=30)[1] == []
+
+
+def test_merging_computes_nothing_unless_told_and_says_what_it_would(tmp_path, monkeypatch, capsys):
+    few = compute(changed(part(H=[0.05]), states={"max_contacts": 1}), tmp_path / "few.nc")
+    more = compute(changed(part(H=[0.04]), states={"max_contacts": 2}), tmp_path / "more.nc")
+    capsys.readouterr()
+    arguments = ["merge", str(few), str(more), "-o"]
+    with monkeypatch.context() as nothing:
+        nothing.setattr(runner, "compute_block", None)
+        result = CliRunner().invoke(main, [*arguments, str(tmp_path / "c.nc")])
+    assert result.exit_code == 0, result.output
+    lacking = identify(tmp_path / "c.nc")["states_not_computed"].split()
+    assert {"UD", "UU", "UU-"} & set(lacking)
+    # At the other points too: what is solved nowhere there is left out, and was perhaps inadmissible.
+    assert f"{' '.join(lacking)}: not computed at 6 of 6 points, whose datasets lack them" in result.stderr
+    assert "--fill (in Python fill=True) computes them, in less than a second of work" in result.stderr
+
+    assert studies.check(tmp_path / "c.nc", sample=6)[1] == []
+    with studies.open(tmp_path / "c.nc") as merged:
+        words = [name for name in merged["state"].values if len(name.strip("a-").partition(":")[0]) == 2]
+        assert words
+        assert (merged["status"].sel(state=words, H=0.05) == Status.NOT_COMPUTED).all()
+        assert (merged["stability"].sel(state=words, H=0.05) == -1).all()
+        assert (merged["stable_count"] >= 0).all()
+        studies.plot.chart(merged)
+        united = Study.from_dict(json.loads(merged.attrs["config_json"]))
+    with pytest.raises(StudyError, match=r"or states there, are not computed here; choose another output"):
+        runner.is_done(united, tmp_path / "c.nc")
+
+    fresh = compute(united, tmp_path / "fresh.nc")
+    assert_identical(compute(united, tmp_path / "again.nc", reuse=tmp_path / "c.nc"), fresh)
+    result = CliRunner().invoke(main, [*arguments, str(tmp_path / "filled.nc"), "--fill"])
+    assert result.exit_code == 0, result.output
+    assert_identical(tmp_path / "filled.nc", fresh)
+    assert "states_not_computed" not in identify(tmp_path / "filled.nc")
+
+
+def test_a_state_that_was_searched_in_one_dataset_only_is_not_lost(tmp_path):
+    """It is solved nowhere there, so it is no label of the dataset; where the other is, it is unknown."""
+    few = compute(changed(part(), states={"max_contacts": 0}), tmp_path / "few.nc")
+    more = compute(changed(part(H=[0.3], P=[1.0]), states={"max_contacts": 1}), tmp_path / "more.nc")
+    merge([few, more], tmp_path / "c.nc")
+    with studies.open(tmp_path / "c.nc") as merged:
+        assert "U" not in merged["state"]
+        united = Study.from_dict(json.loads(merged.attrs["config_json"]))
+    assert "U" in identify(tmp_path / "c.nc")["states_not_computed"].split()
+    assert studies.check(tmp_path / "c.nc", sample=20)[1] == []
+    fresh = compute(united, tmp_path / "fresh.nc")
+    assert_identical(compute(united, tmp_path / "again.nc", reuse=tmp_path / "c.nc"), fresh)
 
 
 def test_points_that_no_part_holds_are_not_computed(tmp_path):

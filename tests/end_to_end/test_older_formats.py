@@ -52,8 +52,11 @@ def test_of_their_codes_each_must_be_one_of_ours(tmp_path):
         studies.check(path)
 
 
-def test_nothing_is_computed_to_join_them(tmp_path):
-    one, other = (computed([H], tmp_path / f"{H}.nc", transitions=True) for H in (0.05, 0.1))
+def test_nothing_can_be_computed_to_join_them(tmp_path):
+    one = computed([0.05], tmp_path / "a.nc", transitions=True)
+    other = computed([0.1], tmp_path / "b.nc")
     with pytest.raises(StudyError, match=r"version 3 of the numerics.* their transitions would have to be"):
-        merge([one, other], tmp_path / "c.nc")
+        merge([one, other], tmp_path / "c.nc", fill=True)
     assert not (tmp_path / "c.nc").exists()
+    merge([one, other], tmp_path / "c.nc")
+    assert studies.check(tmp_path / "c.nc")[1] == []

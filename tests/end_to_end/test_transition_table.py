@@ -130,8 +130,28 @@ def test_grows_and_merges_with_all_rows_of_the_larger_grid(table_file, tmp_path,
     high = computed(study_with(**grid(P=[2.0, 4.0]), outputs={}))
     studies.run(study_with(), tmp_path / "grown.nc", workers=0, reuse=high).close()
     assert content(tmp_path / "grown.nc") == content(table_file)
-    merge([low, high], tmp_path / "merged.nc")
+    merge([low, high], tmp_path / "merged.nc", fill=True)
     assert content(tmp_path / "merged.nc") == content(table_file)
+
+
+def test_tables_join_where_they_make_up_that_of_the_whole(
+    table_file, tmp_path, computed, monkeypatch, capsys
+):
+    # They share a gap.
+    parts = [computed(study_with(**grid(H=gaps))) for gaps in ([0.06], [0.06, 0.1])]
+    low = computed(study_with(**grid(P=[0.5, 2.0])))
+    monkeypatch.setattr(runner, "compute_block", None)
+    capsys.readouterr()
+    merge(parts, tmp_path / "merged.nc")
+    assert content(tmp_path / "merged.nc") == content(table_file)
+    assert "transitions" not in capsys.readouterr().err
+    merge([low, parts[0]], tmp_path / "without.nc")
+    told = capsys.readouterr().err
+    assert "transitions: left out, since the tables of the datasets do not make up" in told
+    assert "--fill (in Python fill=True) finds them, in 2 s of work" in told
+    with studies.open(tmp_path / "without.nc") as dataset:
+        assert "transition" not in dataset.dims
+    assert studies.check(tmp_path / "without.nc")[1] == []
 
 
 def test_a_study_that_does_not_ask_has_no_trace_of_it(tmp_path):
