@@ -113,7 +113,11 @@ def lend(path, study):
     if file.study.task.every_root != study.task.every_root:
         note(f"{path}: max_contacts searches, names do not; so all points of the study are computed")
         return None
-    return known_from([file], study.grid, {"reused": file.attributes["study_id"]})
+    about = {
+        "reused": file.attributes["study_id"],
+        "reused_versions": str(file.attributes.get("library_versions", "unknown")),
+    }
+    return known_from([file], study.grid, about)
 
 
 def gaps(known, study, found):

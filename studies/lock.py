@@ -26,6 +26,10 @@ BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 PAUSE = 0.02
 
 
+class Held(StudyError):
+    """Another process holds a lock."""
+
+
 @contextmanager
 def sole_writer(folder, part=None, force=False):
     """Be the only process that computes a study, or one part of it.
@@ -81,7 +85,7 @@ def _awaited(path, deadline):
     while True:
         try:
             return _seize(path, force=False)
-        except StudyError:
+        except Held:
             if time.monotonic() >= deadline:
                 raise StudyError(
                     f"{path}: another process holds this lock; wait for it, or remove the lock if that "
@@ -128,11 +132,11 @@ def _seize(path, force):
         locked = _locked(descriptor)
         if foreign and force:
             os.close(descriptor)
-            path.unlink(missing_ok=True)
+            _unlink(path)
             note(f"took over from process {record['pid']} on {record['host']}, as --force-unlock says")
         elif foreign or not locked or _is_alive(record):
             os.close(descriptor)
-            raise StudyError(_refusal(path, record, foreign))
+            raise Held(_refusal(path, record, foreign))
         elif not _bears_name(descriptor, path):
             os.close(descriptor)
         else:

@@ -83,6 +83,7 @@ def refuse_unwritable(out):
     StudyError
         With the reason.
     """
+    _refuse_names(out)
     try:
         with temporary_beside(Path(os.path.realpath(out))) as temporary:
             try:

@@ -157,7 +157,8 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
         if is_done(plan.study, out):
             # Perhaps by a run that was killed before it could clear away.
             remove_shards(folder, plan.identity)
-            settle(plan.study, out)
+            if policy.part is None:
+                settle(plan.study, out)
             return ()
         with _filling(folder, policy) as (fill, tally):
             shards = _rounds(plan, fill)
@@ -203,7 +204,8 @@ def _working_folder(plan, out, part, force_unlock):
         plan = replace(plan, blocks=own)
     try:
         with sole_writer(folder, part, force_unlock):
-            discard_temporaries(out)
+            if part is None:
+                discard_temporaries(out)
             discard_parts(folder, own)
             tell_of_others(folder, plan.identity)
             try:

@@ -67,6 +67,7 @@ def test_points_that_are_there_are_not_computed_again(whole, tmp_path, monkeypat
     assert sum(gaps) <= 30 - computed
     assert_identical(wide, whole)
     assert identify(wide)["reused"] == identify(narrow)["study_id"]
+    assert identify(wide)["reused_versions"] == identify(narrow)["library_versions"]
 
 
 def changed(study, **tables):

@@ -18,7 +18,7 @@ from studies import Study, StudyError
 from studies.archive import add
 from studies.catalog import INDEX
 from studies.files import identify
-from studies.lock import sole_writer
+from studies.lock import one_at_a_time, sole_writer
 from studies.output import is_done
 from studies.runner import Policy, compute, join
 from studies.shards import PROBE, folder_of
@@ -185,6 +185,8 @@ def test_paths_that_are_not_utf8_are_refused_before_anything_is_computed(tmp_pat
         str(told.value).encode()
         with pytest.raises(StudyError, match="netCDF takes only paths"):
             studies.open(out)
+        with pytest.raises(StudyError, match="netCDF takes only paths"):
+            compute(PLAN, out, HERE)
     (tmp_path / "link.nc").symlink_to(folder / "tiny.nc")
     with pytest.raises(StudyError, match="netCDF takes only paths"):
         studies.run(STUDY, tmp_path / "link.nc", workers=0)
@@ -359,6 +361,12 @@ def test_what_is_no_file_in_place_of_the_lock_is_one_sentence(out, impostor, not
     with pytest.raises(StudyError, match="a lock goes there, and this is no file; move it away"):
         compute(PLAN, out, HERE)
     assert names(folder) == {"run.lock"}
+
+
+def test_what_is_no_file_in_place_of_the_lock_of_an_index_is_told_at_once(tmp_path):
+    os.mkfifo(tmp_path / "index.lock")
+    with pytest.raises(StudyError, match="this is no file"), one_at_a_time(tmp_path / "index.lock", 1e6):
+        pass
 
 
 def test_what_is_no_folder_in_place_of_that_of_the_shards_is_one_sentence(out, impostor, nothing_is_computed):
