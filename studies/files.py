@@ -11,13 +11,13 @@ import hashlib
 import os
 from contextlib import contextmanager
 from pathlib import Path
-from threading import RLock
 from typing import TYPE_CHECKING, Any
 
 import netCDF4
 import numpy as np
 import psutil
 
+from studies.access import ACCESS
 from studies.errors import StudyError, readable_path
 from studies.kinds import MOST_NEEDED, refuse_other
 from studies.sandbox import Lost, call
@@ -27,7 +27,6 @@ from studies.structure import MEANING, fault
 if TYPE_CHECKING:
     from xarray import Dataset
 
-ACCESS = RLock()
 CHUNK_BYTES = 4_000_000
 READING_SECONDS, READING_SPEED = 30.0, 10e6
 """A file that takes longer to read, given its bytes, makes the library loop."""
@@ -333,7 +332,7 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
 
     identify(path)
     with ACCESS, damage_told(path):
-        dataset = xarray.open_dataset(path, engine="netcdf4")
+        dataset = xarray.open_dataset(path, engine="netcdf4", lock=ACCESS)
     if chunks is None:
         return _with_plain_text(dataset)
     dataset.close()
@@ -344,7 +343,8 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
         )
     try:
         with ACCESS:
-            return _with_plain_text(xarray.open_dataset(path, engine="netcdf4", chunks=chunks))
+            dataset = xarray.open_dataset(path, engine="netcdf4", chunks=chunks, lock=ACCESS)
+            return _with_plain_text(dataset)
     except (TypeError, ValueError) as problem:
         raise StudyError(f"chunks = {chunks!r} cannot be: {problem}") from None
 

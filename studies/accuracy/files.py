@@ -14,7 +14,6 @@ from studies.accuracy.measure import dataset
 from studies.accuracy.report import figure, markdown
 from studies.accuracy.scenes import scenes
 from studies.errors import StudyError
-from studies.files import ACCESS
 from studies.whole_files import written_whole
 
 
@@ -61,7 +60,7 @@ class Folder:
 
     def write(self, data, name):
         """Write a dataset into the folder, whole."""
-        with ACCESS, written_whole(self.path / name) as temporary:
+        with written_whole(self.path / name) as temporary:
             data.to_netcdf(temporary)
 
 
