@@ -68,6 +68,7 @@ def run(
     from studies.known import lend
     from studies.output import is_settled
     from studies.plan import Plan
+    from studies.progress import note
     from studies.runner import Policy, compute
     from studies.shards import folder_of
     from studies.study import Study
@@ -83,6 +84,8 @@ def run(
     if cluster and not workers:
         raise StudyError(f"--cluster {cluster}: say how many workers to ask for, such as --workers 40")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(INTERRUPTED))
+    # A run goes on when its terminal is closed.
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
         connect = None
         if scheduler:
@@ -93,14 +96,13 @@ def run(
         known = lend(reuse, study) if reuse else None
         failed = compute(Plan.of(study, known=known), output, policy)
     except (KeyboardInterrupt, SystemExit):
-        click.echo(
+        note(
             f"stopped; what is computed is kept in {folder_of(output)} and the same command "
-            "goes on from there",
-            err=True,
+            "goes on from there"
         )
         sys.exit(INTERRUPTED)
     for line in failed:
-        say(f"failed: {line}", err=True)
+        note(f"failed: {line}")
     if output.exists():
         _summarise(ctx, output)
     else:
@@ -148,6 +150,7 @@ def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
     from elastica.codes import Stability, Status
     from studies.files import opened
+    from studies.progress import note
     from studies.schema import TRANSITIONS_FAILED
 
     with opened(output) as dataset:
@@ -163,9 +166,9 @@ def _summarise(ctx, output):
         f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.FAILED]:,} failed"
     )
     if counts[Status.FAILED]:
-        click.echo("the points that failed, with reasons, are in the failure table", err=True)
+        note("the points that failed, with reasons, are in the failure table")
     if without_events:
-        say(f"transitions that could not be found: {without_events}", err=True)
+        note(f"transitions that could not be found: {without_events}")
     if counts[Status.FAILED] or without_events:
         ctx.exit(FAILED_POINTS)
 
