@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.branch import Points, settle
+from elastica.branch import Points, free_branch, settle
 from elastica.codes import Stability, Status
 from elastica.ends import Ends
 from elastica.equilibrium import spread
@@ -21,7 +21,7 @@ from elastica.euler import euler_root
 from elastica.patterns import Group
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solution_of, solve
-from elastica.states import State
+from elastica.states import State, parse_state
 from elastica.sweep import line_force
 
 LASTING = (Stability.STABLE, Stability.NEUTRAL_FAMILY, Stability.CRITICAL)
@@ -32,6 +32,8 @@ FIRST, WIDEST, RESOLUTION = 0.05, 0.4, 1e-15
 """Interval of t that they span: at first, at most, and when the end is found."""
 SAME = 1e-6
 """Relative difference of curvature of one and the same point."""
+STRAIGHT = 1e-6
+"""Next to where a free shape begins it is straight to rounding, and its verdict noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,9 @@ class Arc:
     t, p, given : ndarray, shape (m,)
         Parameter of points on the branch, ascending; thrust and prescribed quantity there.
     lam : ndarray, shape (distinct segments, m)
+    cut : tuple of bool
+        Whether at its first and at its last point following ends, but not necessarily the state: no branch is
+        found beyond, as it may happen beyond 90°.
     """
 
     state: State
@@ -62,6 +67,7 @@ class Arc:
     p: np.ndarray
     given: np.ndarray
     lam: np.ndarray
+    cut: tuple[bool, bool] = (False, False)
 
     @property
     def low(self):
@@ -72,6 +78,10 @@ class Arc:
     def high(self):
         """Greatest value of the prescribed quantity."""
         return float(self.given.max())
+
+    def reaches(self, given):
+        """Whether the state is there at a prescribed value; at zero only the straight strip is."""
+        return self.low <= given <= self.high and (given > 0 or self.state.straight)
 
     def at(self, given):
         """The state at values of the prescribed quantity between `low` and `high`.
@@ -94,67 +104,127 @@ class Arc:
         t = np.where(found.success, found.x, np.where(nearer, self.t[left], self.t[right]))
         return self._settled(t, left)
 
-    def covers(self, other):
-        """Whether another arc is the same piece of the same branch, to rounding."""
-        if (self.state, self.group) != (other.state, other.group):
+    def passes(self, solution, at=0):
+        """Whether one point of a solution lies on the arc.
+
+        Parameters
+        ----------
+        solution : Solution
+        at : int
+            Which of its points, by its flat index.
+        """
+        if _plain(solution.state) != self.state:
             return False
-        middle = 0.5 * (other.low + other.high)
-        if not self.low <= middle <= self.high:
+        if self.state.straight:
+            return True
+        group, t, p, _ = _place(solution, at)
+        if group != self.group or not self.t[0] * (1 - SAME) <= t[0] <= self.t[-1] * (1 + SAME):
             return False
-        here, there = (arc.at(np.array([middle])).curvature for arc in (self, other))
-        return bool(np.abs(here - there) <= SAME * (here + there))
+        near = np.abs(self.t - t).argmin(keepdims=True)
+        return bool(np.abs(_solved(self, t, self.p[near], self.lam[:, near])[1].p / p - 1)[0] <= SAME)
 
     def end(self, upper):
         """The state where it is lost, shape (1,)."""
-        return self.at(np.array([self.high if upper else self.low]))
+        if self.state.straight:
+            return self.at(np.array([self.high if upper else self.low]))
+        last = np.array([self._end(upper)])
+        return self._settled(self.t[last], last)
+
+    def cut_at(self, upper):
+        """Whether it is following that ends there."""
+        return self.cut[self._end(upper)]
+
+    def _end(self, upper):
+        """Position of the last point in a direction of the prescribed quantity."""
+        return -int(upper == (self.given[-1] > self.given[0]))
 
     def _settled(self, t, near):
         """The branch at t (n,), starting near known points."""
         return _solved(self, t, self.p[near], self.lam[:, near])[0]
 
 
-def arc_through(solution, control):
+def arc_through(solution, control, at=0):
     """The arc that one solved point lies on.
 
     Parameters
     ----------
     solution : Solution
-        Of a single point, whatever its own control.
+        Whatever its own control.
     control : str
         "P" or "shortening": what is prescribed from now on.
+    at : int
+        Which of its points, by its flat index.
 
     Returns
     -------
     Arc or None
         None where the state does not hold at this control.
     """
-    ends = solution.ends
-    state = solution.state._replace(root=1, name=solution.state.name.partition(":")[0])
-    H = float(solution.H.ravel()[0])
+    ends, state = solution.ends, _plain(solution.state)
+    H = float(solution.H.ravel()[at])
     if state.straight:
         euler = float(euler_root(1, ends)) ** 2
         p = np.array([0.0, euler]) if control == "P" else np.array([euler])
         given = p / FOUR_PI_SQUARED if control == "P" else np.zeros(1)
         return Arc(state, ends, control, H, None, given, p, given, np.zeros((0, p.size)))
-    pattern = tuple(solution.periods.ravel().tolist())
-    order = state.segments(ends, pattern)
-    segments = Counter(sorted(order))
-    p = FOUR_PI_SQUARED * solution.P.ravel()[:1]
-    lam = solution.lam.ravel()[[order.index(segment) for segment in segments]][:, None]
-    t = np.sqrt(p) if state.line else solution.curvature.ravel()[:1] / np.sqrt(p)
-    arc = Arc(state, ends, control, H, Group(segments, (pattern,)), t, p, None, lam)
+    group, t, p, lam = _place(solution, at)
+    arc = Arc(state, ends, control, H, group, t, p, None, lam)
     if not _holds(*_solved(arc, t, p, lam))[0]:
         return None
-    below, above = _reach(arc, -1), _reach(arc, 1)
+    *below, cut_below = _reach(arc, -1)
+    *above, cut_above = _reach(arc, 1)
     t, p, lam = (
         np.concatenate([a[..., ::-1], b[..., 1:]], axis=-1) for a, b in zip(below, above, strict=True)
     )
     given = getattr(_solved(arc, t, p, lam)[0], control)
-    return Arc(state, ends, control, H, arc.group, t, p, given, lam)
+    if state.mode and t[0] < STRAIGHT:
+        given[0] = float(euler_root(state.mode, ends)) ** 2 / FOUR_PI_SQUARED if control == "P" else 0.0
+    return Arc(state, ends, control, H, group, t, p, given, lam, (cut_below, cut_above))
+
+
+def just_buckled(ends, H):
+    """A strip that has buckled and does not touch a wall yet, however close they are.
+
+    Returns
+    -------
+    Solution, shape (1,)
+    """
+    state, euler = parse_state("B1", ends), float(euler_root(1, ends))
+    segments = Counter(state.segments(ends))
+    (kind,) = (segment.kind for segment in segments)
+    # Where it touches a wall κ/√p is more than 2H.
+    t, p = np.array([H / 2]), np.array([euler**2])
+    lam = (free_branch(kind, euler)[2][0] * t * p)[None]
+    arc = Arc(state, ends, "shortening", H, Group(segments, ((0,),)), t, p, None, lam)
+    return _solved(arc, t, p, lam)[0]
+
+
+def _plain(state):
+    """A state without the number of a root."""
+    return state._replace(root=1, name=state.name.partition(":")[0])
+
+
+def _place(solution, at):
+    """Where one point of a bent state lies: its segments, t (1,), p (1,) and λ (distinct segments, 1)."""
+    pattern = tuple(solution.periods.reshape(solution.P.size, -1)[at].tolist())
+    order = solution.state.segments(solution.ends, pattern)
+    segments = Counter(sorted(order))
+    p = FOUR_PI_SQUARED * solution.P.ravel()[[at]]
+    each = solution.lam.reshape(solution.P.size, -1)[at]
+    lam = each[[order.index(segment) for segment in segments]][:, None]
+    t = np.sqrt(p) if solution.state.line else solution.curvature.ravel()[[at]] / np.sqrt(p)
+    return Group(segments, (pattern,)), t, p, lam
 
 
 def _reach(arc, direction):
-    """t, p and λ of points from the arc's only one to where the state is lost, in one direction of t."""
+    """Points from the arc's only one to where the state is lost, in one direction of t.
+
+    Returns
+    -------
+    t, p, lam : ndarray
+    cut : bool
+        Whether nothing was found beyond: then it may be following that ends, and not the state.
+    """
     t, p, lam = arc.t, arc.p, arc.lam
     width, narrowing = FIRST, False
     while width > RESOLUTION * max(1.0, t[-1]) and not (direction < 0 and t[-1] == 0):
@@ -167,9 +237,9 @@ def _reach(arc, direction):
         t = np.concatenate([t, ahead[:kept]])
         p, lam = np.concatenate([p, points.p[:kept]]), np.concatenate([lam, points.lam[:, :kept]], axis=1)
         # Next to its end a verdict may be noise: once the state was there and lost, the end is only enclosed.
-        narrowing |= lost.size > 0 and points.found[kept]
+        narrowing |= lost.size > 0 and points.found[kept] and solution.status[kept] != Status.NOT_FOLLOWED
         width = width / POINTS if lost.size or narrowing else min(2 * width, WIDEST)
-    return t, p, lam
+    return t, p, lam, not narrowing and t[-1] > 0
 
 
 def _holds(solution, points):

@@ -286,7 +286,7 @@ def _met(state, ends, control, columns):
         (1 - NEXT_TO, columns["index_before"] >= 0),
         (1 + NEXT_TO, columns["index_after"] >= 0),
     ):
-        for points, numbers, solution in search(_neighbours(state, ends), ends, "P", P * beside, H):
+        for points, numbers, solution in search(neighbours(state, ends), ends, "P", P * beside, H):
             name = solution.state.name
             apart = distance(solution, columns["energy"][points], columns["curvature"][points])
             good = (solution.status == Status.SOLVED) & np.isfinite(apart)
@@ -321,7 +321,7 @@ def distance(found, energy, curvature):
 
 
 @cache
-def _neighbours(state, ends):
+def neighbours(state, ends):
     """Names of the word, of those with a contact more or less, and of free shapes."""
     word = state.word
     words = {word, *(word[:i] + word[i + 1 :] for i in range(len(word)))}

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.inputs import read_number, read_numbers
-from elastica.quasistatic import passage, unloaded
+from elastica.quasistatic import Loading
 from elastica.solution import LARGEST_LOAD, SMALLEST_GAP
 from studies.errors import StudyError
 from studies.schema import VARIABLES
@@ -54,7 +54,8 @@ def loading_path(
         another state (the last of several, jumps before others; NaN where neither happened), and
         `other_state`, a state that it may have jumped to as well because chains disagree. At zero
         shortening the load is that at which the strip buckles. Where the strip cannot be followed, `state`
-        is "?" from there on and the attribute `stopped` says why.
+        is "?" from there on and the attribute `stopped` says why. Where a state goes on beyond the point at
+        which following it ends, mostly steeper than 90°, it is "UD?", say, until that point is passed back.
 
     Raises
     ------
@@ -71,25 +72,26 @@ def loading_path(
 
     control, given = _controls(P, shortening)
     ends, H = _strip(ends, H)
-    arcs, on, events, stopped = _followed(unloaded(ends, H, control), given)
+    arcs, events, stopped = _followed(Loading(ends, H, control), given)
     values = {name: np.full(given.size, np.nan) for name in VALUES}
     stability = np.full(given.size, Stability.NOT_SOLVED, np.int8)
     state = np.full(given.size, UNKNOWN, "<U64")
-    for number, arc in enumerate(arcs):
-        rows = np.flatnonzero(on == number)
-        if rows.size:
-            solution = arc.at(given[rows])
-            for name in VALUES:
-                values[name][rows] = getattr(solution, name)
-            stability[rows] = solution.stability
-            state[rows] = arc.state.name
+    for arc in dict.fromkeys(arcs):
+        rows = np.array([step for step, other in enumerate(arcs) if other is arc])
+        solution = arc.at(given[rows])
+        for name in VALUES:
+            values[name][rows] = getattr(solution, name)
+        stability[rows] = solution.stability
+        state[rows] = arc.state.name
+    if stopped:
+        state[len(arcs) :] = _unfollowed(arcs[-1:], stopped, given[len(arcs) :])
     values[control] = given
     columns = {name: (values[name], VARIABLES[name].attributes) for name in VALUES}
     columns["state"] = (
         state,
         {
             "long_name": "name of the state",
-            "comment": "without the number of a root; ? where it is not known",
+            "comment": "without the number of a root; ? where it is not known, after a name: not followed",
         },
     )
     columns["stability"] = stability, VARIABLES["stability"].attributes
@@ -106,43 +108,43 @@ def loading_path(
         },
     )
     if stopped:
-        dataset.attrs["stopped"] = stopped
+        dataset.attrs["stopped"] = stopped.reason
     for name in ("state", "other_state"):
         # Character arrays: what every netCDF reader understands.
         dataset[name].encoding["dtype"] = "S1"
     return dataset
 
 
-def _followed(arc, given):
+def _followed(loading, given):
     """Which arc the strip is on at each step.
 
     Returns
     -------
     arcs : list of Arc
-    on : ndarray of int, shape (steps,)
-        Positions in `arcs`, −1 where the strip is lost.
+        One a step, as far as the strip is followed.
     events : list of (step, Passage)
         What happened on the way to each step.
-    stopped : str
-        Why the strip is lost, if it is.
+    stopped : Passage or None
+        Why it is not followed further, if it is not.
     """
-    arcs, passages = [arc], {}
-    on, events = np.full(given.size, -1), []
-    here = 0
+    arc, arcs, events = loading.unloaded(), [], []
     for step, value in enumerate(given):
-        while not arcs[here].low <= value <= arcs[here].high:
-            way = here, bool(value > arcs[here].high)
-            if way not in passages:
-                event = passage(arcs[here], way[1])
-                if event.arc is None:
-                    return arcs, on, events, event.reason
-                known = [number for number, known in enumerate(arcs) if known.covers(event.arc)]
-                arcs += [] if known else [event.arc]
-                passages[way] = event, known[0] if known else len(arcs) - 1
-            event, here = passages[way]
+        while not arc.reaches(value):
+            event = loading.passage(arc, value > arc.high)
+            if event.arc is None:
+                return arcs, events, event
             events.append((step, event))
-        on[step] = here
-    return arcs, on, events, ""
+            arc = event.arc
+        arcs.append(arc)
+    return arcs, events, None
+
+
+def _unfollowed(last, stopped, given):
+    """States of the steps at which the strip is no longer followed, (steps,)."""
+    if stopped.lost or not last:
+        return np.full(given.size, UNKNOWN)
+    beyond = (given > stopped.given) == (given[0] > stopped.given)
+    return np.where(np.logical_and.accumulate(beyond), last[0].state.name + UNKNOWN, UNKNOWN)
 
 
 def _event_columns(events, steps, control):

@@ -10,7 +10,7 @@ import studies
 from elastica.arcs import arc_through
 from elastica.ends import parse_ends
 from elastica.euler import euler_root
-from elastica.quasistatic import CHAINS, passage
+from elastica.quasistatic import CHAINS, Loading
 from elastica.scales import FOUR_PI_SQUARED
 from studies import StudyError, loading_path
 
@@ -122,9 +122,69 @@ def test_what_cannot_be_followed_is_said():
     assert "degrees" in path.attrs["stopped"]
 
 
+@pytest.mark.parametrize(
+    ("ends", "H", "states"),
+    [
+        ("16/pinned", 0.02, ["0", "B1", "0"]),
+        ("pinned/16", 0.02, ["0", "B1", "0"]),
+        ("1e-6/1e8", 0.02, ["0", "B1", "0"]),
+        ("0.3/2.5", 0.02, ["0", "B1", "0"]),
+        ("16/pinned", 1e-6, ["0", "U-", "0"]),
+    ],
+)
+def test_every_strip_buckles_and_comes_back(ends, H, states):
+    path = loading_path(ends, H, shortening=[0, {0.02: 1.25, 1e-6: 3.5}[H] * H**2, 0])
+    assert words(path) == states
+    assert not path["jump"].any() and "stopped" not in path.attrs
+
+
+@pytest.mark.parametrize("H", [1e-3, 1e-6])
+def test_narrow_gaps_have_the_jumps_of_small_deflections(H):
+    """To and from the asymmetric state; under load at such gaps the strip touches the wall as it buckles."""
+    path = loading_path(CC, H, shortening=H**2 * np.array([1, 2.999, 3.001, 2.938, 2.937, 1, 0]))
+    assert words(path) == ["B1", "U", "Ua", "Ua", "U", "B1", "0"]
+    assert [at / H**2 for at in jumps(path).values()] == pytest.approx([3, 2.937848], rel=1e-5)
+    for ends in (CC, "16/pinned"):
+        assert words(loading_path(ends, H, P=[0, 2, 0.3])) == ["0", "U", "0"]
+
+
+def test_a_chain_that_rests_on_a_line_has_landed_there():
+    path = loading_path(PP, 0.04, shortening=[0.02, 0.0097, 0.0096, 0.001])
+    assert words(path) == ["UU", "UU", "U-", "B1"]
+    assert jumps(path)[2] == pytest.approx(0.00967343484, rel=1e-8)
+    assert float(elastica.solve("U-", P=path["P"][2], H=0.04, ends=PP).shortening) == pytest.approx(0.0096)
+
+
+def test_where_a_chain_lands_is_traced_back_to_where_the_state_was_lost():
+    """Ua is lost at 0.0181085; there is the line, which passes into the point at 0.0180117."""
+    ends = parse_ends("0.3/2.5")
+    loading = Loading(ends, 0.08, "shortening")
+    lost = loading.through(elastica.solve("Ua", shortening=0.03, H=0.08, ends=ends))
+    event = loading.passage(lost, False)
+    assert (event.arc.state.name, event.jump) == ("U-", True)
+    assert (event.given, event.arc.low) == pytest.approx((0.0181085304, 0.0180117), rel=1e-5)
+    assert loading.passage(event.arc, False).arc.state.name == "U"
+
+
+def test_where_following_ends_is_not_where_a_state_ends():
+    """The steep UD goes on to at least 0.418, as a minimiser shows, but it is not followed beyond 106°."""
+    path = loading_path(CC, 0.143, shortening=[0.0, 0.3, 0.33, 0.34, 0.4, 0.33, 0.1, 0.4])
+    assert words(path) == ["0", "UD", "UD", "UD?", "UD?", "?", "?", "?"]
+    assert path.attrs["stopped"].startswith("UD goes on beyond shortening = 0.3324")
+    assert "lost" not in path.attrs["stopped"] and "106 degrees" in path.attrs["stopped"]
+    assert np.isnan(path["energy"][3:]).all() and (path["stability"][3:] == -1).all()
+    n = 200
+    theta = elastica.solve("UD", P=path["P"][2], H=0.143).shape(2 * n + 1).theta[1::2]
+    for shortening in np.linspace(0.33, 0.4, 6):
+        found = minimise(theta, None, 0.143, CC, shorter=shortening)
+        assert found.success and np.abs(found.theta - theta).max() < 0.2
+        theta = found.theta
+
+
 def test_chains_that_disagree_are_named():
-    arc = arc_through(elastica.solve("UD", P=8.0, H=0.05), "P")
-    first = passage(arc, True)
+    loading = Loading(parse_ends(CC), 0.05, "P")
+    arc = loading.through(elastica.solve("UD", P=8.0, H=0.05))
+    first = loading.passage(arc, True)
     assert first.jump and first.other != first.arc.state.name
     assert len({links for links, _ in CHAINS}) == 2
 
