@@ -8,12 +8,14 @@ With EI = E·width·thickness³/12 the unit of force is 4π²EI/L², that of ene
 4π²EI/L, that of lengths L, of curvature 1/L, and a frequency ω stands for ω/2π √(EI/ρA)/L² in hertz.
 """
 
+import warnings
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from elastica.inputs import has_units, is_labelled, read_number, read_numbers, relabelled
+from elastica.plausible import of_loading, of_strip
 from elastica.scales import FOUR_PI_SQUARED
 
 GIVEN = {"length": "m", "width": "m", "thickness": "m", "E": "Pa", "density": "kg/m**3"}
@@ -41,6 +43,11 @@ class Strip:
     ------
     ValueError
         If a number is not positive or a quantity is of another kind.
+
+    Warns
+    -----
+    UserWarning
+        If a size, the slenderness or the material is implausible, as of millimetres given as metres.
 
     Examples
     --------
@@ -76,6 +83,8 @@ class Strip:
             if not 0 < value < np.inf:
                 raise ValueError(f"{name} = {given} cannot be; give one positive number, in {unit}")
             object.__setattr__(self, name, value)
+        for doubt in of_strip(self):
+            warnings.warn(doubt, stacklevel=3)
 
     @property
     def stiffness(self) -> float:
@@ -120,6 +129,11 @@ class Strip:
         ------
         ValueError
             If a quantity is of another kind, or a gap does not exceed the thickness.
+
+        Warns
+        -----
+        UserWarning
+            If no value of a kind can matter for this strip, or none is one that a strip can bear.
         """
         values: dict[str, Any] = {}
         if force is not None:
@@ -135,6 +149,8 @@ class Strip:
         if shortening is not None:
             nearer = read_numbers("shortening", shortening, "m")
             values["shortening"] = _as_given(shortening, nearer / self.length)
+        for doubt in of_loading(self, **values):
+            warnings.warn(doubt, stacklevel=2)
         return values
 
     def force(self, P: Any) -> Any:

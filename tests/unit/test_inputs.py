@@ -28,7 +28,7 @@ REFUSED = {
     "quantities": (np.array([2.5, 3.0]) * UNITS.kN, "in kilonewton"),
     "list of quantities": ([2.5 * UNITS.newton, 3.0], "in newton"),
     "array with a unit": (np.array([2.5, 3.0]).view(InNewtons), "in N;"),
-    "physical DataArray": (xr.DataArray([2.5], dims="x", attrs={"units": "N"}), "in N;"),
+    "physical DataArray": (xr.DataArray([250.0], dims="x", attrs={"units": "N"}), "in N;"),
     "quantity in a DataArray": (xr.DataArray(np.array([2.5]) * UNITS.newton, dims="x"), "in newton"),
     "masked": (np.ma.masked_array([2.5, 3.0], [False, True]), "masked; .*filled"),
     "masked element": ([2.5, np.ma.masked], "masked"),
@@ -90,7 +90,7 @@ def test_what_numpy_would_strip_is_refused_by_name(kind, ask):
 )
 def test_physical_numbers_too(kind, ask):
     if (ask, kind) == ("force", "physical DataArray"):
-        assert STRIP.to_dimensionless(force=REFUSED[kind][0])["P"].item() == 2.5 / STRIP.scales["force"]
+        assert STRIP.to_dimensionless(force=REFUSED[kind][0])["P"].item() == 250 / STRIP.scales["force"]
         return
     with pytest.raises(ValueError, match=rf"^{ask} = .* is {REFUSED[kind][1]}|in N; give numbers in m"):
         PHYSICAL[ask](REFUSED[kind][0])

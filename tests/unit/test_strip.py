@@ -1,3 +1,6 @@
+import re
+import warnings
+
 import numpy as np
 import pint
 import pytest
@@ -81,7 +84,88 @@ def test_what_makes_no_sense_is_one_sentence(ruler, ureg):
     with pytest.raises(ValueError, match=r"force = 1 meter is in meter; give numbers in N"):
         ruler.to_dimensionless(force=1 * ureg.m)
     with pytest.raises(ValueError, match="density = None: frequencies need it"):
-        elastica.Strip(length=1, width=1, thickness=1, E=1).frequency(1.0)
+        elastica.Strip(length=1, width=0.1, thickness=0.01, E=1e9).frequency(1.0)
     for values, kind in (("x", "text"), (3 * ureg.N, "in newton")):
         with pytest.raises(ValueError, match=f"force = .* is {kind}; give dimensionless numbers"):
             ruler.force(values)
+
+
+PLAUSIBLE = {
+    "steel ruler": (RULER, {"force": 400.0, "gap": 0.031}),
+    "sheet of paper": (
+        {"length": 0.297, "width": 0.21, "thickness": 1e-4, "E": 3e9, "density": 800},
+        {"force": 0.02, "gap": 0.02},
+    ),
+    "steel tape": ({"length": 10.0, "width": 0.013, "thickness": 1e-4, "E": 2e11}, {"gap": 0.05}),
+    "rubber": ({"length": 0.1, "width": 0.02, "thickness": 0.003, "E": 1e6, "density": 1100}, {"force": 0.1}),
+    "drill pipe": (
+        {"length": 2000.0, "width": 0.127, "thickness": 0.127, "E": 2e11},
+        {"force": 5e4, "gap": 0.3},
+    ),
+    "silicon beam": (
+        {"length": 1e-5, "width": 2e-7, "thickness": 1e-7, "E": 1.69e11, "density": 2329},
+        {"force": 1e-6, "gap": 3e-7, "shortening": 1e-7},
+    ),
+    "graphene": ({"length": 1e-5, "width": 1e-6, "thickness": 3.4e-10, "E": 1e12}, {"gap": 1e-6}),
+    "a sweep from nothing": (RULER, {"force": [0.0, 1.0, 400.0], "gap": [0.0011, 0.5]}),
+}
+
+
+@pytest.mark.parametrize("name", PLAUSIBLE)
+def test_real_strips_raise_no_doubt(name):
+    dimensions, loading = PLAUSIBLE[name]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        elastica.Strip(**dimensions).to_dimensionless(**loading)
+
+
+@pytest.mark.parametrize(
+    ("change", "doubts"),
+    [
+        ({"length": 300, "width": 25, "thickness": 1}, ["width = 25 m", "thickness = 1 m"]),
+        (
+            {"length": 300.0, "thickness": 1.0},
+            ["thickness = 1 m", "width = 0.025 m is below thickness = 1 m"],
+        ),
+        ({"thickness": 0.05, "width": 0.06}, ["thickness = 0.05 m is 0.17 of length = 0.3 m"]),
+        ({"thickness": 1e-8, "length": 1.0}, ["thickness = 1e-08 m is 1e-08 of length = 1 m"]),
+        ({"width": 0.001, "thickness": 0.025}, ["width = 0.001 m is below thickness = 0.025 m"]),
+        ({"E": 200}, ["E = 200 Pa"]),
+        ({"E": 20}, ["E = 20 Pa"]),
+        ({"E": 200e12}, [r"E = 2e\+14 Pa"]),
+        ({"density": 7.85}, [r"density = 7.85 kg/m\*\*3"]),
+        ({"density": 7.85e6}, [r"density = 7.85e\+06 kg/m\*\*3"]),
+    ],
+)
+def test_an_implausible_strip_is_doubted_with_the_number_that_looks_wrong(change, doubts):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        elastica.Strip(**RULER | change)
+    assert len(told) == len(doubts) and all(doubt.filename == __file__ for doubt in told)
+    for doubt, pattern in zip(told, doubts, strict=True):
+        assert re.match(f"{pattern}.* check ", str(doubt.message)), doubt.message
+
+
+@pytest.mark.parametrize(
+    ("loading", "doubt"),
+    [
+        ({"force": 0.5}, "force = 0.5 N is P = 0.0027, and no strip buckles below P = 0.25"),
+        ({"force": [0.0, -1.0, 2.0]}, "force = 2 N is P = 0.011"),
+        ({"force": 4e5}, r"force = 4e\+05 N is P = .* shortens the strip by 8 %"),
+        ({"gap": 31.0}, "gap = 31 m is wider than length = 0.3 m"),
+        ({"gap": 0.001 + 1e-9}, "gap = 0.001000001 m leaves 1e-09 m"),
+        ({"shortening": 6.0}, "shortening = 6 m is more than length = 0.3 m"),
+        ({"shortening": 1e-7}, "shortening = 1e-07 m is less than what compresses the strip"),
+    ],
+)
+def test_loads_that_cannot_matter_are_doubted(ruler, loading, doubt):
+    with pytest.warns(UserWarning, match=f"^{doubt}") as told:
+        ruler.to_dimensionless(**loading)
+    assert len(told) == 1 and told[0].filename == __file__
+
+
+def test_millimetres_for_metres_are_never_silent():
+    with pytest.warns(UserWarning, match="check that it is in metres"):
+        strip = elastica.Strip(length=300, width=25, thickness=1, E=200e9)
+    with pytest.warns(UserWarning, match=r"is P = 2\.7e-06"):
+        strip.to_dimensionless(force=500, gap=31)
