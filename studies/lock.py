@@ -53,8 +53,7 @@ def sole_writer(folder, part=None, force=False):
     with _released(path, descriptor):
         for other in sorted(folder.glob("run*.lock")):
             if other != path and _conflict(part, other):
-                os.close(_seize(other, force))
-                other.unlink(missing_ok=True)
+                _let_go(other, _seize(other, force))
         _sign(descriptor)
         yield
 
@@ -100,9 +99,17 @@ def _released(path, descriptor):
     try:
         yield
     finally:
+        _let_go(path, descriptor)
+
+
+def _let_go(path, descriptor):
+    """Remove a lock; where its folder forbids that, it stays and says that nobody holds it."""
+    try:
         # While it is locked, so that nobody else can hold the file that is removed.
         path.unlink(missing_ok=True)
-        os.close(descriptor)
+    except OSError:
+        os.truncate(descriptor, 0)
+    os.close(descriptor)
 
 
 def _sign(descriptor):

@@ -68,7 +68,8 @@ def make_folder(out):
         raise StudyError(f"{folder}: the shards go there, and this is no folder; move it away") from None
     if not os.access(folder, os.R_OK | os.W_OK | os.X_OK):
         raise StudyError(
-            f"{folder}: you may not write there; ask its owner to allow it, or choose another output"
+            f"{folder}: you may not write there; ask its owner to allow it (chmod g+w), or choose another "
+            "output"
         )
     return folder.resolve()
 
@@ -245,9 +246,13 @@ def _unlike(owner, path, identity):
     if owner is None:
         return "they are of an older release"
     try:
-        results, versions = read_apart(_origin, path)
+        # To open a pipe would wait for who writes into it.
+        origin = read_apart(_origin, path) if path.is_file() else None
     except (*READING_FAILS, Lost):
+        origin = None
+    if origin is None:
         return "they are of another study or of other versions"
+    results, versions = origin
     if results != identity["results_id"]:
         return "they are of another study with the same output"
     unlike = [
@@ -267,27 +272,30 @@ def _origin(path):
 def discard_parts(folder, blocks=None):
     """Remove what writers of these blocks, or all runs, left unfinished when they were killed."""
     places = None if blocks is None else {place_of(block) for block in blocks}
+    parts = []
     for leftover in folder.glob(f".*{PART}"):
         if places is None and leftover.name.startswith(OF_CLUSTER):
             shutil.rmtree(leftover, ignore_errors=True)
         elif places is None or leftover.name[1:].partition(".")[0] in places:
-            _remove(leftover)
+            parts.append(leftover)
+    _remove(parts)
 
 
 def remove_shards(folder, identity):
     """Remove every shard of these results by these versions."""
-    for path in _by_owner(folder)[owner_of(identity)]:
-        _remove(path)
-    for path in folder.glob(f"{PROBE}*"):
-        _remove(path)
+    _remove([*_by_owner(folder)[owner_of(identity)], *folder.glob(f"{PROBE}*")])
 
 
-def _remove(path):
-    """Remove a file, unless it is a folder or the file system forbids it: then the user is told."""
-    try:
-        path.unlink(missing_ok=True)
-    except OSError as problem:
-        note(f"{path}: this cannot be removed ({problem.strerror}); remove it by hand")
+def _remove(paths):
+    """Remove files; tell the user if some are folders, or the file system forbids it."""
+    left = []
+    for path in paths:
+        try:
+            path.unlink(missing_ok=True)
+        except OSError as problem:
+            left.append(f"{path}: this cannot be removed ({problem.strerror})")
+    if left:
+        note(f"{left[0]}{f', nor can {len(left) - 1} more there' * (len(left) > 1)}; remove it by hand")
 
 
 def remove_folder(folder):

@@ -8,6 +8,7 @@ import signal
 import stat
 import subprocess
 import sys
+from pathlib import Path
 
 import netCDF4
 import pytest
@@ -318,6 +319,29 @@ def test_a_lock_of_another_user_in_a_folder_of_theirs_is_one_sentence(out, monke
         pass
 
 
+def test_where_nothing_may_be_removed_the_dataset_is_written_and_one_line_told(out, monkeypatch, capsys):
+    """As in a folder like /tmp, of what another user left there."""
+    folder = folder_of(out)
+    compute(PLAN, out, PART)
+    original = Path.unlink
+
+    def guarded(path, missing_ok=False):
+        if path.parent == folder:
+            raise PermissionError(errno.EPERM, "Operation not permitted")
+        original(path, missing_ok)
+
+    monkeypatch.setattr(Path, "unlink", guarded)
+    compute(PLAN, out, HERE)
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "cannot be removed (Operation not permitted), nor can 3 more there; remove it by hand" in told
+    assert is_done(STUDY, out)
+    assert (folder / "run.lock").read_text() == ""
+    monkeypatch.undo()
+    compute(PLAN, out, HERE)
+    assert names(out.parent) == {"tiny.nc"}
+
+
 IMPOSTORS = {
     "pipe": os.mkfifo,
     "folder": os.mkdir,
@@ -347,6 +371,18 @@ def test_what_is_no_file_in_place_of_shards_is_computed_again(out, impostor, cap
     assert is_done(STUDY, out)
     left = names(folder) if folder.exists() else set()
     assert left == ({shards[0].name} if kind == "folder" else set())
+
+
+def test_what_is_no_file_in_place_of_shards_of_others_is_passed_over(out, impostor, capsys):
+    _, make = impostor
+    folder = folder_of(out)
+    folder.mkdir()
+    make(folder / f"{'-'.join(['000000'] * 5)}.{'a' * 16}.{'0' * 32}.nc")
+    compute(PLAN, out, HERE)
+    assert "1 shards there are not used, they are of another study or of other versions" in (
+        capsys.readouterr().err
+    )
+    assert is_done(STUDY, out)
 
 
 def test_what_is_no_file_in_place_of_the_lock_is_one_sentence(out, impostor, nothing_is_computed):
