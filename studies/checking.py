@@ -4,6 +4,7 @@ Left out: repairing. A file that fails is reported, never changed.
 """
 
 import json
+import secrets
 from pathlib import Path
 
 import numpy as np
@@ -41,11 +42,13 @@ from studies.tables import Outputs
 
 SAMPLE = 200
 """Grid points to solve again; all of them would take as long as the study."""
+LINE = 400
+"""Characters of a line of the report that texts of a file may fill."""
 MOST_ERROR = 1e-3
 """Relative, of a solved state in closed form; rounding alone is a millionth of it. Chains may be coarse."""
 
 
-def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[str], list[str]]:
+def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tuple[list[str], list[str]]:
     """Check a dataset and describe it.
 
     Parameters
@@ -53,8 +56,8 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     path : str or Path
     sample : int
         Grid points to solve again.
-    seed : int
-        Which ones.
+    seed : int, optional
+        Which ones; by default others at every call, for whoever knows them can make only those right.
 
     Returns
     -------
@@ -77,6 +80,7 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
     1 - 7e-10, at a single one hardly; `sample` may be the number of all points. Failed points, points that
     are not computed and texts claim nothing that could be checked, so they are counted instead.
     """
+    seed = secrets.randbelow(1 << 32) if seed is None else seed
     attributes = identify(path)
     problems = []
     with damage_told(path):
@@ -120,6 +124,7 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int = 0) -> tuple[list[s
         if sample and not points.compared and not problems:
             problems.append("no value could be compared with one that was solved again: nothing is proved")
     report = _describe(path, attributes, labels, values, events)
+    report.append(f"  seed        {seed}")
     report += _told(points, transitions, attributes)
     if not problems:
         report.append("  good" if points.compared else "  whole, but nothing was solved again")
@@ -287,12 +292,14 @@ def _describe(path, attributes, labels, values, events):
     status = values["status"]
     lines = [
         f"{path}",
-        f"  title       {attributes.get('title', '')}",
+        f"  title       {_cut(attributes.get('title', ''))}",
         "  study       {:.8}   numerics {:.8}   content {:.8}".format(
             *(str(attributes.get(name, "?")) for name in ("study_id", "numerics_id", "content_hash"))
         ),
-        f"  computed    {attributes.get('date_created', 'unknown')} by {attributes.get('source', 'unknown')}",
-        f"  ends        {', '.join(labels['ends'])}",
+        "  computed    {} by {}".format(
+            *(_cut(attributes.get(key, "unknown")) for key in ("date_created", "source"))
+        ),
+        f"  ends        {_cut(', '.join(labels['ends']), LINE)}",
     ]
     for axis in ("H", control_of(labels)):
         label = labels[axis]
@@ -316,6 +323,12 @@ def _describe(path, attributes, labels, values, events):
     if events:
         lines.append(f"  {len(events):,} transitions")
     return lines
+
+
+def _cut(text, most=LINE // 2):
+    """A text that stands on a line of the report."""
+    text = str(text)
+    return text if len(text) <= most else f"{text[:most]}…"
 
 
 def _told(points, transitions, attributes):

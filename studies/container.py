@@ -8,10 +8,14 @@ must not make its reader open a third one. Left out: what the variables mean (`s
 from math import prod
 
 import h5py
-from h5py import h5a, h5d, h5g, h5l, h5o, h5t, h5z
+from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t, h5z
+
+from studies.errors import shown
 
 MOST_VARIABLES, MOST_ATTRIBUTES, MOST_TEXTS = 200, 200, 100
 """In the file, of a variable, in an attribute."""
+LONGEST_NAME = 255
+"""Bytes, as in netCDF, whose library crashes beyond."""
 CHUNK_BYTES, ATTRIBUTE_BYTES = 1 << 28, 1 << 24
 """Read at once: of a chunk or the labels of a dimension, of an attribute."""
 FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}
@@ -58,12 +62,16 @@ def foreign(path):
 
 def _of_member(root, name):
     """What is foreign in one of the links of the file."""
-    words = repr(name.decode(errors="replace"))
+    words = shown(name.decode(errors="replace"))
+    if len(name) > LONGEST_NAME:
+        return f"the name {words} is too long"
     if root.links.get_info(name).type != h5l.TYPE_HARD:
         return f"{words} is a link to another place"
     if h5o.get_info(root, name).type != h5o.TYPE_DATASET:
         return f"{words} is a group or a type, and no variable"
     variable = h5d.open(root, name)
+    if variable.get_space().get_simple_extent_type() == h5s.NULL:
+        return f"{words} has no values"
     stored, kind = variable.get_create_plist(), variable.get_type()
     layout = stored.get_layout()
     if layout == h5d.VIRTUAL or stored.get_external_count():
@@ -88,8 +96,12 @@ def _of_attributes(owner, words):
         return f"{words} has {count:,} attributes"
     for number in range(count):
         attribute = h5a.open(owner, index=number)
-        kind, size = attribute.get_type(), prod(attribute.shape)
-        name = repr(attribute.name.decode(errors="replace"))
+        kind, name = attribute.get_type(), shown(attribute.name.decode(errors="replace"))
+        if len(attribute.name) > LONGEST_NAME:
+            return f"the name {name} of an attribute of {words} is too long"
+        if attribute.get_space().get_simple_extent_type() == h5s.NULL:
+            return f"the attribute {name} of {words} has no value"
+        size = prod(attribute.shape)
         if kind.get_class() not in SIMPLE and attribute.name not in SCALES:
             return f"the attribute {name} of {words} is neither text nor numbers"
         # Texts of any length may all be the same one, which is read again for each.

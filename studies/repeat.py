@@ -25,6 +25,8 @@ ROUNDING = 1e-12
 ROOM = 100.0
 """Values differ between processors by rounding; `error` bounds it for κ, lengths and energy, the others
 follow from these with a factor."""
+CHAIN_ROOM = 1e-6
+"""The error of a chain is that of its links, which are the same here."""
 CRITICAL_ROOM = 1e-6
 """Where a state is about to change, rounding counts by its square root."""
 RELATIVE = ("energy", "bending_energy", "shortening", "P")
@@ -91,7 +93,11 @@ def repeat_points(study, labels, values, sample, seed, older, unsearched):
             left[reason] += int(where.sum())
         sure = ~(failed | fails | absent | unclear)
         compared += int((sure & ~critical).sum())
-        differing = {name: _differs(name, old, again, sure, critical) for name in again}
+        room = ROOM * np.fmax(again["error"], ROUNDING)
+        if study.solve.method == "chain":
+            room = np.minimum(room, CHAIN_ROOM)
+        room = np.where(critical, np.maximum(room, CRITICAL_ROOM), room)
+        differing = {name: _differs(name, old, again, sure, critical, room) for name in again}
         lost = [name for name in found if name not in names and name.partition(":")[0] not in unsearched]
         status = solved["status"][:, [found.index(name) for name in lost]]
         differing["state"] = (status == Status.SOLVED).any(axis=1) & ~missing.any(axis=1)
@@ -132,21 +138,18 @@ def _labelled(solved, found, names, study, ends):
     return arrays
 
 
-def _differs(name, old, new, sure, critical):
+def _differs(name, old, new, sure, critical, room):
     """Points where a variable differs by more than rounding, of those states that are sure, shape (n,)."""
     a, b = old[name], new[name]
     if VARIABLES[name].dtype != "f8":
         # Where a state is critical now, the file may tell a side of it.
         return ((a != b) & sure & ~(critical & (name in VERDICT))).any(axis=1)
     extra = (1,) * (a.ndim - 2)
-    room = ROOM * np.fmax(new["error"], ROUNDING)
     if name == "error":
-        other = ROOM * np.fmax(old["error"], ROUNDING)
-        same = (a <= room) & (b <= other)
+        same = (a <= ROOM * np.fmax(b, ROUNDING)) & (b <= ROOM * np.fmax(a, ROUNDING))
     else:
         scale = np.abs(b) if name in RELATIVE else np.maximum(np.abs(b), 1.0)
-        room = np.where(critical, np.maximum(room, CRITICAL_ROOM), room).reshape(*sure.shape, *extra)
-        same = np.abs(a - b) <= room * scale
+        same = np.abs(a - b) <= room.reshape(*sure.shape, *extra) * scale
     same |= (np.isnan(a) & np.isnan(b)) | ~sure.reshape(*sure.shape, *extra)
     return ~same.all(axis=tuple(range(1, a.ndim)))
 

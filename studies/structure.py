@@ -3,13 +3,14 @@
 Left out: whether the values are those that were written (`files`) and are right (`checking`).
 """
 
+import json
 from itertools import zip_longest
 
 import numpy as np
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state
-from studies.errors import shown
+from studies.errors import MOST_SHOWN, shown
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS, VARIABLES, control_of, every_variable
 
 MEANING = ("units", "flag_values", "flag_meanings")
@@ -48,11 +49,13 @@ def fault(dataset):
             return f"the attribute {name} is no text"
     if not isinstance(getattr(dataset, "numerics_version", 0), (int, np.integer)):
         return "the attribute numerics_version is no whole number"
+    if "config_json" in dataset.ncattrs() and not _is_table(dataset.config_json):
+        return "the attribute config_json holds no study"
     if "coordinates" in dataset.ncattrs():
         return "the attribute coordinates makes coordinates of variables"
     for name, variable in dataset.variables.items():
         if problem := _fault_of_attributes(variable):
-            return f"{name} {problem}"
+            return f"{name if len(name) <= MOST_SHOWN else shown(name)} {problem}"
     control = control_of(dataset.dimensions)
     axes = ("ends", "H", control, "state")
     for axis in axes:
@@ -95,10 +98,19 @@ def _fault_of_attributes(variable):
         else:
             good = key in FOR_READERS and isinstance(value, str) and len(value) <= MOST_WORDS
         if not good:
-            return f"has the attribute {key} = {shown(value)}, with which its values would be misread"
+            named = key if len(key) <= MOST_SHOWN else shown(key)
+            return f"has the attribute {named} = {shown(value)}, with which its values would be misread"
     if is_text and "_Encoding" not in attributes:
         return "has no attribute _Encoding"
     return None
+
+
+def _is_table(text):
+    """Whether a text is a table in JSON."""
+    try:
+        return isinstance(json.loads(text), dict)
+    except (ValueError, RecursionError):
+        return False
 
 
 def _flags(attributes):

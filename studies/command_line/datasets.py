@@ -17,11 +17,12 @@ from studies.command_line.options import FILE, NUMBER, NUMBERS, STATES, Choice, 
     show_default=True,
     help="Grid points to solve again.",
 )
-def check(file, sample):
+@click.option("--seed", type=click.IntRange(min=0), help="Which ones.  [default: others every time]")
+def check(file, sample, seed):
     """Verify a dataset and say what is in it."""
     from studies.checking import check as check_file
 
-    report, problems = check_file(file, sample)
+    report, problems = check_file(file, sample, seed)
     for line in report:
         say(line)
     for problem in problems:

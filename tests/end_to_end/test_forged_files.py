@@ -7,6 +7,7 @@ from end_to_end.test_hostile_files import edited
 
 import studies
 from elastica.codes import Stability, Status
+from studies import Study
 from studies.command_line import main
 from studies.files import write_failures
 
@@ -127,3 +128,33 @@ def test_good_is_said_only_if_something_was_solved_again(dataset_file):
     assert (problems, report[-1]) == ([], "  whole, but nothing was solved again")
     report, problems = studies.check(dataset_file, sample=5)
     assert (problems, report[-1]) == ([], "  good")
+
+
+def test_the_error_of_a_chain_excuses_nothing(computed, tmp_path):
+    """It is that of its links, which are the same when it is solved again."""
+    content = {
+        "study": {"name": "chain"},
+        "grid": {"ends": ["clamped-clamped"], "H": [0.1], "P": [2.0, 2.5]},
+        "states": {"names": ["U"]},
+        "solve": {"method": "chain", "links": 20, "clamp": "consistent"},
+    }
+    whole = computed(Study.from_dict(content))
+    report, problems = studies.check(whole)
+    assert (problems, report[-1]) == ([], "  good")
+
+    def stiffer(dataset):
+        assert dataset["error"][:].max() > 1e-4
+        dataset["energy"][:] = dataset["energy"][:] * 1.001
+
+    path = edited(whole, tmp_path / "forged.nc", stiffer)
+    assert any("energy cannot be found again" in problem for problem in studies.check(path)[1])
+
+
+def test_which_points_are_solved_again_cannot_be_known_before(dataset_file):
+    seeds = set()
+    for _ in range(3):
+        report, problems = studies.check(dataset_file, sample=1)
+        assert problems == []
+        seeds |= {line for line in report if line.startswith("  seed ")}
+    assert len(seeds) == 3
+    assert "  seed        7" in studies.check(dataset_file, sample=1, seed=7)[0]

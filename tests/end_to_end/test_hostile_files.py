@@ -195,9 +195,34 @@ def named_type(file, folder):
     file["kind"] = np.dtype("f8")
 
 
+def empty(file, shape, folder):
+    return file.create_dataset("energy", dtype="f8", data=h5py.Empty("f8"))
+
+
+def empty_attribute(file, folder):
+    file.attrs["title"] = h5py.Empty("f8")
+
+
+def long_name(file, folder):
+    file["x" * 60_000] = 1.0
+
+
+def long_key(file, folder):
+    file["energy"].attrs["x" * 60_000] = 1.0
+
+
+def deep_study(file, folder):
+    file.attrs["config_json"] = "[" * 100_000
+
+
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
+        (replaced(empty), "'energy' has no values"),
+        (empty_attribute, "'title' of the file has no value"),
+        (long_name, "the name 'xxx.* is too long"),
+        (long_key, "the name 'xxx.* of an attribute of 'energy' is too long"),
+        (deep_study, "config_json holds no study"),
         (replaced(external), "'energy' lie in other files"),
         (replaced(virtual), "'energy' lie in other files"),
         (replaced(external_link), "'energy' is a link"),
@@ -298,7 +323,8 @@ def test_texts_of_a_file_cannot_drive_a_terminal_or_a_figure(dataset_file, tmp_p
         result = CliRunner().invoke(main, [str(word) for word in arguments])
         assert result.exception is None or isinstance(result.exception, SystemExit), result.exception
         assert all(mark.isprintable() for mark in result.output.replace("\n", "")), result.output
-    assert CliRunner().invoke(main, ["plot", str(path)]).exit_code == 0
+        assert all(len(line) < 1000 for line in result.output.splitlines())
+        assert result.exit_code == (2 if arguments[0] == "check" else 0), result.output
 
 
 def test_names_of_files_cannot_drive_a_terminal(dataset_file, tmp_path):
