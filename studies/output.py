@@ -35,11 +35,11 @@ def is_done(study, out):
     """
     out = Path(out)
     folder = out.parent
+    if out.is_dir():
+        raise StudyError(f"{out}: this is a folder; name a file")
     _refuse_names(out)
     if not folder.is_dir():
         raise StudyError(f"{folder}: there is no such folder; create it or choose another output")
-    if out.is_dir():
-        raise StudyError(f"{out}: this is a folder; name a file")
     if out.exists():
         found = identify(out)
         if not _same_results(study, found):

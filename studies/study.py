@@ -234,16 +234,22 @@ REMEDIES = {
 
 
 def _explain(problem):
-    """The first error of a validation as one sentence: key, value, remedy."""
-    error = problem.errors()[0]
+    """One error of a validation as one sentence: key, value, remedy; that of a misspelled key first."""
+    errors = problem.errors()
+    error = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
     where = tuple(str(part) for part in error["loc"])
     key = ".".join(part if part.isprintable() and len(part) <= MOST_SHOWN else shown(part) for part in where)
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
         allowed = ALLOWED_KEYS.get(where[:-1], Range).model_fields
-        return f"unknown key {key}{did_you_mean(where[-1], allowed)}; allowed here are {', '.join(allowed)}"
+        homes = (".".join(home) for home, table in ALLOWED_KEYS.items() if where[-1] in table.model_fields)
+        home = next(homes, None)
+        question = did_you_mean(where[-1], allowed) if home is None else f", which belongs to [{home}]"
+        if home == "":
+            question = f", which is a table of its own, [{where[-1]}]"
+        return f"unknown key {key}{question}; allowed here are {', '.join(allowed)}"
     if kind == "missing":
-        return f"{key} is missing; add it"
+        return f"{f'[{key}]' if len(where) == 1 else key} is missing; add it"
     if kind == "value_error":
         message = str(error["ctx"]["error"])
         if isinstance(error["ctx"]["error"], ValidationError):

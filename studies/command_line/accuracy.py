@@ -6,7 +6,7 @@ import sys
 import click
 
 from studies.command_line.group import INTERRUPTED, main
-from studies.command_line.options import NUMBER, Output
+from studies.command_line.options import NUMBER, Output, Whole
 
 
 @main.command()
@@ -19,7 +19,7 @@ from studies.command_line.options import NUMBER, Output
     metavar="POINTS",
     help="Instead: time, memory and bytes of whole studies of 1,000 to so many grid points, such as 1e6.",
 )
-@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True, help="Of those studies.")
+@click.option("--workers", type=Whole(min=1), default=2, show_default=True, help="Of those studies.")
 def accuracy(output, quick, names, scale, workers):
     """Measure speed against error of every method here, beside SciPy, IPOPT and dense algebra."""
     if scale is not None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from studies.command_line.group import BAD_INPUT, main, say
-from studies.command_line.options import FILE, JSON, NUMBER, Choice
+from studies.command_line.options import FILE, JSON, NUMBER, Choice, Whole
 
 FOLDER = click.option(
     "--catalog",
@@ -97,7 +97,7 @@ def add(file, folder):
 @catalog.command()
 @click.option(
     "--sample",
-    type=click.IntRange(min=0),
+    type=Whole(min=0),
     default=50,
     show_default=True,
     help="Grid points of each dataset to solve again.",

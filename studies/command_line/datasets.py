@@ -5,14 +5,24 @@ import sys
 import click
 
 from studies.command_line.group import BAD_INPUT, main, say
-from studies.command_line.options import FILE, NUMBER, NUMBERS, STATES, Choice, Output, several, writable
+from studies.command_line.options import (
+    FILE,
+    NUMBER,
+    NUMBERS,
+    STATES,
+    Choice,
+    Output,
+    Whole,
+    several,
+    writable,
+)
 
 
 @main.command()
 @FILE
 @click.option(
     "--sample",
-    type=click.IntRange(min=0),
+    type=Whole(min=0),
     default=200,
     show_default=True,
     help="Grid points to solve again.",

@@ -80,6 +80,31 @@ class Number(click.ParamType):
             return False
 
 
+class Whole(click.IntRange):
+    """A whole number from one to another."""
+
+    def convert(self, value, param, ctx):
+        """An int from a text."""
+        if not isinstance(value, int):
+            try:
+                value = int(value)
+            except ValueError:
+                self.fail(f"{value!r} is not a whole number; write one such as 4", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class Address(click.ParamType):
+    """The address of a dask scheduler."""
+
+    name = "address"
+
+    def convert(self, value, param, ctx):
+        """The text, if there is a port in it."""
+        if not re.fullmatch(r"([a-z]+://)?[^/\s]+:\d+", value):
+            self.fail(f"{value!r} is no address; write one such as tcp://host:8786", param, ctx)
+        return value
+
+
 class Listed(click.ParamType):
     """Values after commas, as a tuple; `holds` tells whether a text is one of them."""
 

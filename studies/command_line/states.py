@@ -9,7 +9,7 @@ from itertools import product
 import click
 
 from studies.command_line.group import main
-from studies.command_line.options import END_CONDITIONS, JSON, NUMBER, NUMBERS, STATES, Choice, several
+from studies.command_line.options import END_CONDITIONS, JSON, NUMBER, NUMBERS, STATES, Choice, Whole, several
 
 FIELDS = [
     *("curvature", "energy", "bending_energy", "shortening", "flat_length", "max_slope", "clearance"),
@@ -69,10 +69,10 @@ def _mechanics():
 @LOAD
 @SHORTENING
 @several("--H", "gaps", kind=NUMBERS, required=True, help="Half gap H*/L.")
-@click.option("--eigenvalues", type=click.IntRange(min=0, max=100), default=4, show_default=True)
+@click.option("--eigenvalues", type=Whole(min=0, max=100), default=4, show_default=True)
 @JSON
 @click.option("--method", type=Choice(["exact", "chain"]), default="exact", show_default=True)
-@click.option("--links", type=int, help="Links of the chain.  [default: 400]")
+@click.option("--links", type=Whole(), help="Links of the chain.  [default: 400]")
 @click.option("--clamp", type=Choice(["consistent", "published"]), help="Setting of the chain.")
 @several("--stiffness", kind=NUMBERS, help="Stiffness of the chain, equidistant along it, such as 1,0.5,1.")
 def solve(names, ends, loads, shortenings, gaps, eigenvalues, as_json, **method):
@@ -138,7 +138,7 @@ def _in_words(answer):
 
 @main.command()
 @ENDS
-@click.option("--max-contacts", type=int, default=3, show_default=True, help="From 0 to 10.")
+@click.option("--max-contacts", type=Whole(), default=3, show_default=True, help="From 0 to 10.")
 @LOAD
 @SHORTENING
 @several("--H", "gaps", kind=NUMBERS, help="Half gap H*/L.")

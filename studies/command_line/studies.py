@@ -9,7 +9,7 @@ import click
 
 from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main, say
-from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Choice, Output
+from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Address, Choice, Output, Whole
 
 
 class Part(click.ParamType):
@@ -28,8 +28,13 @@ class Part(click.ParamType):
 @main.command()
 @STUDY
 @OUTPUT
-@click.option("--workers", type=click.IntRange(min=0), help="Worker processes; 0 computes in this one.")
-@click.option("--scheduler", metavar="ADDRESS", help="A running dask scheduler, such as tcp://host:8786.")
+@click.option("--workers", type=Whole(min=0), help="Worker processes; 0 computes in this one.")
+@click.option(
+    "--scheduler",
+    type=Address(),
+    metavar="ADDRESS",
+    help="A running dask scheduler, such as tcp://host:8786.",
+)
 @click.option(
     "--cluster",
     type=Choice(list(QUEUES)),
@@ -43,7 +48,7 @@ class Part(click.ParamType):
     show_default=True,
     help="Record a point that fails and go on, or stop there.",
 )
-@click.option("--max-failures", type=click.IntRange(min=0), help="Stop when more states fail.")
+@click.option("--max-failures", type=Whole(min=0), help="Stop when more states fail.")
 @REUSE
 @click.option("--time-limit", type=click.FloatRange(min=0, min_open=True), help="Seconds for a block.")
 @FORCE
@@ -175,7 +180,7 @@ def _summarise(ctx, output):
 
 @main.command()
 @STUDY
-@click.option("--workers", type=click.IntRange(min=1), help="Default: all processors.")
+@click.option("--workers", type=Whole(min=1), help="Default: all processors.")
 def plan(study, workers):
     """Say what a run would compute, how large and how long; solve nothing."""
     from studies.plan import Plan

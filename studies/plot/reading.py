@@ -10,6 +10,7 @@ import numpy as np
 
 from elastica.codes import Stability, Status
 from elastica.solution import LARGEST_LOAD
+from elastica.spelling import did_you_mean
 from elastica.states import MOST_ENUMERATED, is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE
@@ -274,9 +275,10 @@ def state_variable(dataset, variable, state):
     """
     shown = sorted(name for name, values in dataset.data_vars.items() if values.dims[-1:] == ("state",))
     if variable not in shown:
+        question = did_you_mean(variable, ("stable", "preferred", "count", *shown))
         raise StudyError(
-            f"show = {variable!r} is not possible; use stable, preferred, count or one of the dataset's "
-            f"{listed(shown, variable)}"
+            f"show = {variable!r} is not possible{question}; use stable, preferred, count or one of the "
+            f"dataset's {listed(shown)}"
         )
     names = [str(name) for name in dataset["state"].values]
     if state is None:

@@ -95,6 +95,9 @@ def invoke(*arguments):
         (("plot", "x.nc", "--kind", "bifurcation", "--H", "0.1,0.2"), "more than one value; give one here"),
         (("plot", "x.nc", "--kind", "bifurcation", "--H", "0.1", "0.2"), "takes one value; leave out '0.2'"),
         (("catalog", "find", "--P", "1,2"), "'1,2' is more than one value; give one here"),
+        (("solve", "--eigenvalues", "two"), "'two' is not a whole number; write one such as 4"),
+        (("states", "--max-contacts", 1.5), "'1.5' is not a whole number; write one such as 4"),
+        (("run", "x.toml", "--scheduler", "host"), "'host' is no address; write one such as tcp://host:8786"),
         (("sovle",), "No such command 'sovle'. Did you mean 'solve'?"),
         (("solve", "--stat", "U"), "No such option '--stat'. Did you mean '--state'?"),
         (("run", "x.toml", "-o", r"C:\x.nc"), "is a path of Windows; here folders are divided by /"),
@@ -106,7 +109,10 @@ def invoke(*arguments):
         ),
         (("solve", "--state", "U", "--H", 0.1), "give either --P or --shortening"),
         (("solve", "--state", "U", "--P", 1), "Missing option '--H'"),
-        (("solve", "--state", "U", "--shortening", -0.1, "--H", 0.1), "an approach of the ends from 0 to 2"),
+        (
+            ("solve", "--state", "U", "--shortening", -0.1, "--H", 0.1),
+            "an approach of the ends that is 0 or from 1e-11 to 2",
+        ),
         (("solve", "--state", "U" * 51, "--P", 1, "--H", 0.1), "at most 50"),
         (("solve", "--state", "U", "--P", 1, "--H", 0.1, "--ends", "-1/2"), "spring constant k >= 0"),
         (("states", "--max-contacts", 11), "use a whole number from 0 to 10"),
@@ -114,7 +120,7 @@ def invoke(*arguments):
         (("states", "--P", 6), "--H is missing"),
         (("states", "--H", 0.1), "give either --P or --shortening"),
         (("states", "--P", 6, "--shortening", 0.1, "--H", 0.1), "give either --P or --shortening"),
-        (("states", "--shortening", 2.5, "--H", 0.1), "an approach of the ends from 0 to 2"),
+        (("states", "--shortening", 2.5, "--H", 0.1), "an approach of the ends that is 0 or from 1e-11 to 2"),
         (("plan", "missing.toml"), "missing.toml: No such file"),
         (("run", "missing.toml"), "missing.toml: No such file"),
         (("check", "missing.nc"), "missing.nc: there is no such file"),
@@ -179,6 +185,20 @@ def test_a_wall_that_is_never_touched_is_told():
     assert result.exit_code == 0
     assert "H = 10: such a wall is never touched; H is half the gap over the length" in result.stderr
     assert "no_equilibrium" in result.stdout
+
+
+@pytest.mark.parametrize("output", ["/", ".", "..", ""])
+def test_a_folder_is_no_output(toml, tmp_path, monkeypatch, output):
+    monkeypatch.chdir(tmp_path)
+    result = invoke("run", toml, "-o", output)
+    assert (result.exit_code, "this is a folder; name a file" in result.output) == (2, True)
+    assert list(tmp_path.iterdir()) == [toml]
+
+
+def test_misspelled_names_of_a_dataset_are_asked_after(dataset_file, tmp_path):
+    for show, name in (("prefered", "preferred"), ("Energy", "energy")):
+        result = invoke("plot", dataset_file, "--show", show, "-o", tmp_path / "x.png")
+        assert (result.exit_code, f"(did you mean '{name}'?)" in result.output) == (2, True)
 
 
 KINDS = {"a.toml": b"[study]\n", "b.nc": b"\x89HDF\r\n\x1a\n", "c.nc": b"CDF\x01", "d.png": b"\x89PNG"}

@@ -44,7 +44,7 @@ BAD = [
         0.1,
         "unknown key grid.P.step (did you mean 'stop'?); allowed here are start, stop, num, spacing",
     ),
-    ("grid", None, "grid is missing"),
+    ("grid", None, "[grid] is missing; add it"),
     ("grid.H", None, "grid.H is missing"),
     ("grid.H", [], "grid.H: the axis is empty"),
     ("grid.H", [0.2, 0.1], "grid.H: 0.1 follows 0.2; values must increase"),
@@ -81,6 +81,9 @@ BAD = [
     ("grid.ends", 7, "grid.ends.0 = 7 is not allowed; write a text"),
     ("grid.ends", {}, "write a list"),
     ("grid.ends", "clamp", "'clamp' is not known (did you mean 'clamped-clamped'?); write"),
+    ("grid.max_contacts", 1, "unknown key grid.max_contacts, which belongs to [states]; allowed here"),
+    ("outputs.refine", {"levels": 1}, "unknown key outputs.refine, which belongs to [grid]; allowed here"),
+    ("grid.solve", {}, "unknown key grid.solve, which is a table of its own, [solve]; allowed here"),
     ("grid.h", [0.1], "unknown key grid.h (did you mean 'H'?); allowed here are ends"),
     ("outputs.eigenvalue", 3, "unknown key outputs.eigenvalue (did you mean 'eigenvalues'?)"),
     ("solve", {"method": "chian"}, "(did you mean 'chain'?); use 'exact' or 'chain'"),
@@ -141,6 +144,16 @@ def test_numbers_of_numpy_and_paths_are_numbers_and_texts():
     assert Study.from_dict(content).study_id == Study.from_dict(GOOD).study_id
     with pytest.raises(StudyError, match="axis is empty"):
         Study.from_dict(changed("grid.H", np.array([])))
+
+
+def test_a_misspelled_key_is_asked_after_before_what_it_leaves_missing():
+    content = copy.deepcopy(GOOD)
+    content["gird"] = content.pop("grid")
+    with pytest.raises(StudyError, match=r"unknown key gird \(did you mean 'grid'\?\)"):
+        Study.from_dict(content)
+    content = changed("grid.H", {"start": 0.1, "stop": 0.2, "nums": 3})
+    with pytest.raises(StudyError, match=r"unknown key grid.H.nums \(did you mean 'num'\?\)"):
+        Study.from_dict(content)
 
 
 def test_labels_are_canonical_so_that_grids_join():
