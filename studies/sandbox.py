@@ -146,7 +146,8 @@ class Helper:
                 self._end()
                 told = f"it does nothing for {STARTING:g} s"
             except (EOFError, ConnectionError):
-                told = _cause_of_death(self._end()) + self._last_words()
+                words = self._last_words()
+                told = _cause_of_death(self._end()) + words
             except OSError as problem:
                 self._end()
                 told = problem.strerror or problem
@@ -194,7 +195,7 @@ class Helper:
             os.close(stderr)
         with self.changing:
             self.process, self.channel = process, here
-            self.ending = weakref.finalize(self, _end, self.parent, process, here)
+            self.ending = weakref.finalize(self, _end, self.parent, process, here, self.said)
             if self.closed:
                 process.kill()
 
@@ -250,8 +251,9 @@ class Helper:
         return process.returncode
 
 
-def _end(parent, process, channel):
-    channel.close()
+def _end(parent, process, *files):
+    for file in files:
+        file.close()
     if os.getpid() != parent:
         return
     process.kill()
@@ -288,7 +290,8 @@ def serve(descriptor, stderr, parent):
         try:
             function, arguments, memory = pickle.loads(calls.get())
         except Exception as problem:  # It may be anything that an import raises.
-            answer(pickle.dumps((False, f"{type(problem).__name__}: {problem}")))
+            told = f"{type(problem).__name__}: {problem}".removesuffix(": ")
+            answer(pickle.dumps((False, told)))
             continue
         # What is printed from here on is for the user, and no answer.
         os.dup2(stderr, 1)

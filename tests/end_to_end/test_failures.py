@@ -1,8 +1,10 @@
 """What goes wrong at one point costs that point; who dies, hangs or is poisoned is named in the dataset."""
 
+import subprocess
+
 import pytest
 from end_to_end.conftest import TOML
-from end_to_end.processes import elastica, poisoned
+from end_to_end.processes import COMMAND, elastica, poisoned
 
 import studies
 from elastica import Status
@@ -72,4 +74,26 @@ def test_a_point_that_was_not_recorded_is_solved_when_the_cause_is_gone(toml, tm
     stopped = elastica("run", toml, "--on-error", "raise", cwd=tmp_path, **poisoned("raise", *POINT))
     assert stopped.returncode == 3
     assert elastica("run", toml, cwd=tmp_path).returncode == 0
+    assert identify(tmp_path / "small.nc")["content_hash"] == identify(dataset_file)["content_hash"]
+
+
+@pytest.mark.parametrize(("workers", "contacts"), [(1, 1), (2, 4)])
+def test_helpers_that_cannot_start_stop_the_run_with_one_sentence(workers, contacts, tmp_path):
+    """It is no matter of the points, none of which is recorded as failed."""
+    (tmp_path / "small.toml").write_text(TOML.replace("max_contacts = 1", f"max_contacts = {contacts}"))
+    start = "import sys\nif any('sandbox' in word for word in sys.orig_argv): sys.exit('no tea')"
+    (tmp_path / "sitecustomize.py").write_text(start)
+    run = elastica("run", "small.toml", "--workers", workers, cwd=tmp_path, PYTHONPATH=str(tmp_path))
+    assert run.returncode == 2
+    assert run.stderr.startswith("Error: no helper process can take up its work (the process ended with")
+    assert "no tea" in run.stderr
+    assert run.stderr.count("\n") == 1
+    assert sorted(path.name for path in tmp_path.glob("small*")) == ["small.toml"]
+
+
+def test_a_run_is_content_with_few_open_files(tmp_path, dataset_file):
+    (tmp_path / "small.toml").write_text(TOML)
+    script = 'ulimit -n 16 && exec "$@"'
+    command = ["sh", "-c", script, "sh", *COMMAND, "run", "small.toml", "--workers", "2"]
+    assert subprocess.run(command, cwd=tmp_path, timeout=300).returncode == 0
     assert identify(tmp_path / "small.nc")["content_hash"] == identify(dataset_file)["content_hash"]
