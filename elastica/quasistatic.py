@@ -6,7 +6,7 @@ little beyond, and the equilibrium at which it comes to rest, or the one into wh
 back to where the state was lost, is where the strip goes.
 """
 
-from itertools import combinations
+from itertools import combinations, product
 from typing import NamedTuple
 
 import numpy as np
@@ -48,8 +48,6 @@ class Passage(NamedTuple):
         Why it cannot be told.
     lost : bool
         Whether the state is lost; if not, it goes on, but is not followed.
-    other : str
-        Where a chain of other links, nudged the other way, jumps to if not there; "?" if that cannot be told.
     """
 
     arc: Arc | None
@@ -57,7 +55,6 @@ class Passage(NamedTuple):
     given: float
     reason: str = ""
     lost: bool = True
-    other: str = ""
 
 
 class Loading:
@@ -75,6 +72,7 @@ class Loading:
         self.ends, self.H, self.control = ends, H, control
         self.arcs = []
         self._passages = {}
+        self._landings = {}
 
     def through(self, solution, at=0):
         """The arc that one point of a solution lies on, None where its state does not hold."""
@@ -108,6 +106,21 @@ class Loading:
             self._passages[way] = self._passage(arc, upper)
         return self._passages[way]
 
+    def other_state(self, arc, upper):
+        """Where a chain of other links, nudged the other way, jumps to if not there as well.
+
+        Returns
+        -------
+        str
+            Its name, "?" if it cannot be told, "" where the chains agree or nothing jumps.
+        """
+        event = self.passage(arc, upper)
+        if event.arc is None or not event.jump:
+            return ""
+        landings = [self._landing(arc, upper, chain)[0] for chain in CHAINS]
+        names = [landed.state.name if landed is not None else "?" for landed in landings]
+        return next((name for name in names if name != event.arc.state.name), "")
+
     def _passage(self, arc, upper):
         given = arc.high if upper else arc.low
         onward = self._onward(arc, upper)
@@ -125,7 +138,7 @@ class Loading:
                 f"where it turns by {np.degrees(float(lost.max_slope[0])):.0f} degrees"
             )
             return Passage(None, False, given, reason, lost=False)
-        return self._fallen(arc, lost, given, upper)
+        return self._fallen(arc, upper)
 
     def _onward(self, arc, upper):
         """The arc that begins with the same shape where one ends and leads on, None if there is none."""
@@ -183,19 +196,26 @@ class Loading:
         rest, _ = self._let_go(lost, given, upper, BEYOND[0], links, nudge)
         return rest is not None and _unlike(rest, lost)[0] < LIKE_SHAPE
 
-    def _fallen(self, arc, lost, given, upper):
+    def _fallen(self, arc, upper):
         """The passage of a strip whose state is lost."""
-        landings = [self._landing(arc, lost, given, upper, *chain) for chain in CHAINS]
-        landed = [landing for landing, _ in landings if landing is not None]
-        if not landed:
-            lost_at = f"{arc.state.name} is lost at {self.control} = {given:.9g}"
-            return Passage(None, True, given, f"{lost_at}; a chain let go there {landings[0][1]}")
-        names = [landing.state.name if landing is not None else "?" for landing, _ in landings]
-        other = "" if names[0] == names[1] else names[1 - names.index(landed[0].state.name)]
-        return Passage(landed[0], True, given, other=other)
+        given = arc.high if upper else arc.low
+        for chain in CHAINS:
+            landed, _ = self._landing(arc, upper, chain)
+            if landed is not None:
+                return Passage(landed, True, given)
+        _, reason = self._landing(arc, upper, CHAINS[0])
+        lost_at = f"{arc.state.name} is lost at {self.control} = {given:.9g}"
+        return Passage(None, True, given, f"{lost_at}; a chain let go there {reason}")
 
-    def _landing(self, arc, lost, given, upper, links, nudge):
+    def _landing(self, arc, upper, chain):
         """The arc on which a chain lands that is let go beyond a lost state; None and why, if none."""
+        way = id(arc), bool(upper), chain
+        if way not in self._landings:
+            self._landings[way] = self._landed(arc, upper, *chain)
+        return self._landings[way]
+
+    def _landed(self, arc, upper, links, nudge):
+        given, lost = arc.high if upper else arc.low, arc.end(upper)
         reason = "does not come to rest"
         for part in BEYOND:
             rest, beyond = self._let_go(lost, given, upper, part, links, nudge)
@@ -223,9 +243,9 @@ class Loading:
         A line presses at its two ends only, so that a chain may touch a wall twice where the state does once.
         """
         nearest = LIKE_SHAPE, None
-        for names in self._names(rest.word):
-            loads = np.array([1.0, 1 - NEARBY, 1 + NEARBY]) * rest.P
-            for solution, _ in self._found(names, loads):
+        aside = np.array([1 - NEARBY, 1 + NEARBY])
+        for names, parts in product(self._names(rest.word), (np.ones(1), aside)):
+            for solution, _ in self._found(names, parts * rest.P):
                 like = _unlike(rest, solution) < 2 * LIKE_SHAPE
                 for at in np.flatnonzero(like & (solution.status == Status.SOLVED)):
                     arc = self.through(solution, at)
@@ -250,9 +270,7 @@ class Loading:
         plain = [
             a + word + b + line
             for word in sorted(words)
-            for a in ("", "a")
-            for b in ("", "a")
-            for line in ("", "-")
+            for a, b, line in product(("", "a"), ("", "a"), ("", "-"))
         ]
         free = ["0", *(f"B{mode}" for mode in range(1, len(touched) + 3))]
         names = [name for name in (*plain, *(free if not words else ())) if is_canonical(name, self.ends)]

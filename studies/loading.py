@@ -122,18 +122,19 @@ def _followed(loading, given):
     -------
     arcs : list of Arc
         One a step, as far as the strip is followed.
-    events : list of (step, Passage)
-        What happened on the way to each step.
+    events : list of (step, Passage, str)
+        What happened on the way to each step, and to which other state the strip may have jumped.
     stopped : Passage or None
         Why it is not followed further, if it is not.
     """
     arc, arcs, events = loading.unloaded(), [], []
     for step, value in enumerate(given):
         while not arc.reaches(value):
-            event = loading.passage(arc, value > arc.high)
+            way = arc, value > arc.high
+            event = loading.passage(*way)
             if event.arc is None:
                 return arcs, events, event
-            events.append((step, event))
+            events.append((step, event, loading.other_state(*way)))
             arc = event.arc
         arcs.append(arc)
     return arcs, events, None
@@ -150,9 +151,9 @@ def _unfollowed(last, stopped, given):
 def _event_columns(events, steps, control):
     """Columns that say what happened on the way to each step but the first."""
     jump, at, other = np.zeros(steps, bool), np.full(steps, np.nan), np.full(steps, "", "<U64")
-    for step, event in events:
+    for step, event, doubt in events:
         if step and (event.jump or not jump[step]):
-            jump[step], at[step], other[step] = event.jump, event.given, event.other
+            jump[step], at[step], other[step] = event.jump, event.given, doubt
     return {
         "jump": (jump, {"long_name": "whether the strip jumped since the step before"}),
         "event_control": (

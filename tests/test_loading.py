@@ -185,7 +185,7 @@ def test_chains_that_disagree_are_named():
     loading = Loading(parse_ends(CC), 0.05, "P")
     arc = loading.through(elastica.solve("UD", P=8.0, H=0.05))
     first = loading.passage(arc, True)
-    assert first.jump and first.other != first.arc.state.name
+    assert first.jump and loading.other_state(arc, True) not in ("", first.arc.state.name)
     assert len({links for links, _ in CHAINS}) == 2
 
 

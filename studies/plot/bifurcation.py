@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.lines import Line2D
 
 from elastica.codes import Stability
 from studies.errors import StudyError
 from studies.plot.branches import MOST_INDEX, QUANTITIES, branches, jumps
-from studies.plot.reading import nearest_label, restored, solves_exactly
+from studies.plot.reading import method_of, nearest_label, restored, solves_exactly
 from studies.plot.style import (
     Boundary,
     axis_label,
@@ -35,6 +36,8 @@ MARKERS = {
     Boundary.FOLD: "^",
     Boundary.RIGHT_ANGLE: "X",
 }
+MOST_UNTOLD = 4
+AT = {"P": "the load", "shortening": "the shortening"}
 ARROWS = {"P": ("black", "jump at given load"), "shortening": ("#b2182b", "jump at given shortening")}
 
 
@@ -51,7 +54,7 @@ def bifurcation(
     dataset : xarray.Dataset
         From `studies.open` or `studies.run`.
     H : float, optional
-        Half gap; the nearest label is taken. Without it the middle one.
+        Half gap; the nearest label is taken, and the caption says which. Without it the middle one.
     show : str
         "shortening" (default), "curvature", "energy", "bending_energy" or "reaction".
     states : sequence of str, optional
@@ -61,7 +64,9 @@ def bifurcation(
     -------
     matplotlib.figure.Figure
         Stable states solid, unstable ones dashed by their index; events marked; arrows from where a stable
-        state is lost, at given load and at given shortening, to the stable state of least potential.
+        state is lost, at given load and at given shortening, to where a strip goes that is loaded slowly, as
+        `studies.loading_path` tells it. Where that cannot be told the caption says so instead. Of chains
+        there are no arrows.
 
     Raises
     ------
@@ -72,7 +77,7 @@ def bifurcation(
         raise StudyError(f"show = {show!r} is not possible; use {listed(QUANTITIES[1:], show)}")
     dataset, units = restored(dataset)
     control = control_of(dataset.sizes)
-    exact = solves_exactly(dataset)
+    exact, told = solves_exactly(dataset), method_of(dataset) == "exact"
     needed = () if exact else ("index", "stability", {"P": "shortening", "shortening": "P"}[control], show)
     require(dataset, "status", *(name for name in needed if name != control))
     if dataset.sizes.get(control, 0) < 2:
@@ -85,11 +90,16 @@ def bifurcation(
     for unused in axes[len(panels) :]:
         unused.remove()
     handles: dict[tuple[int, str], Line2D] = {}
+    untold = []
     for ax, panel in zip(axes, panels, strict=False):
         pieces = branches(panel, control)
         if not pieces:
             raise StudyError(f"no state is solved for {panel['ends'].values} at H = {units.text('H', gap)}")
-        _draw(ax, pieces, show, control, handles, units)
+        _draw(ax, pieces, show, handles, units)
+        place = str(panel["ends"].values), gap
+        found = [jump for kind in ARROWS if told for jump in jumps(pieces, kind, control, *place)]
+        _arrows(ax, [jump for jump in found if jump.stop], show, handles, units)
+        untold += [_untold(jump, units, panel) for jump in found if not jump.stop]
         ax.set(title=str(panel["ends"].values), xlabel=axis_label(show, units), ylabel=axis_label("P", units))
     order = sorted(handles, key=lambda key: (key[0], str(key[1])))
     figure.legend(
@@ -100,13 +110,17 @@ def bifurcation(
         handlelength=3,
         ncols=1 + (len(order) > 24),
     )
-    what = f"H = {units.text('H', gap)}; verdicts at given " + ("load" if control == "P" else "shortening")
-    how = "" if exact else "; values of the grid points, events to the nearest of them"
-    caption(
-        figure,
-        dataset,
-        f"{what}; arrows: to the stable state of least potential{how}",
+    nearest = (
+        "" if H is None or np.isclose(units.shown("H", gap), H, rtol=1e-9) else f", the label next to {H:g}"
     )
+    what = f"H = {units.text('H', gap)}{nearest}; verdicts at given " + (
+        "load" if control == "P" else "shortening"
+    )
+    how = "" if exact else "; values of the grid points, events to the nearest of them"
+    arrows = (
+        "arrows: where a strip goes that is loaded slowly" if told else "no arrows: of the exact method only"
+    )
+    caption(figure, dataset, f"{what}; {arrows}{how}", *_lines(untold))
     return figure
 
 
@@ -121,8 +135,8 @@ def _only(dataset, states):
     return dataset.isel(state=[names.index(name) for name in states])
 
 
-def _draw(ax, pieces, show, control, handles, units):
-    """Draw the branches of one panel; `handles` collects its legend: states, verdicts, events, jumps."""
+def _draw(ax, pieces, show, handles, units):
+    """Draw the branches of one panel; `handles` collects its legend: states, verdicts, events."""
     for piece in sorted(pieces, key=lambda piece: piece.stability == Stability.STABLE):
         stable = piece.stability == Stability.STABLE
         far = piece.negative >= MOST_INDEX
@@ -148,13 +162,37 @@ def _draw(ax, pieces, show, control, handles, units):
             handles.setdefault(
                 (2, event.label), Line2D([], [], ls="none", label=event.label, **mark | {"ms": 5})
             )
-    for kind in ARROWS:
-        for jump in jumps(pieces, kind, control):
-            shade, label = ARROWS[kind]
-            ax.annotate(
-                "",
-                *(tuple(units.shown(q, at[q]) for q in (show, "P")) for at in (jump.stop, jump.start)),
-                arrowprops={"arrowstyle": "-|>", "color": shade, "lw": 1.3, "shrinkA": 3, "shrinkB": 1},
-                zorder=5,
-            ).set_gid(f"{kind} {jump.state} {jump.other_state}")
-            handles.setdefault((3, kind), Line2D([], [], color=shade, marker=">", lw=1.3, label=label))
+
+
+def _arrows(ax, found, show, handles, units):
+    """Draw jumps and bring the picture to where they lead."""
+    for jump in found:
+        shade, label = ARROWS[jump.control]
+        stop, start = (tuple(units.shown(q, at[q]) for q in (show, "P")) for at in (jump.stop, jump.start))
+        ax.annotate(
+            "",
+            stop,
+            start,
+            arrowprops={"arrowstyle": "-|>", "color": shade, "lw": 1.3, "shrinkA": 3, "shrinkB": 1},
+            zorder=5,
+        ).set_gid(f"{jump.control} {jump.state} {jump.other_state}")
+        # An arrow to a point outside of the axes would not be drawn.
+        ax.update_datalim([stop])
+        handles.setdefault((3, jump.control), Line2D([], [], color=shade, marker=">", lw=1.3, label=label))
+    ax.autoscale_view()
+
+
+def _untold(jump, units, panel):
+    """The words for an arrow that is left out."""
+    where = (
+        f"{AT[jump.control]} {units.text(jump.control, jump.start[jump.control])} ({panel['ends'].values})"
+    )
+    if jump.other_state == "?":
+        return f"{jump.state} is lost at {where}: it cannot be told where the strip goes"
+    return f"{jump.state} goes on beyond {where}, but is not followed"
+
+
+def _lines(untold):
+    """The words for the arrows that are left out, of many the first."""
+    more = [f"and {len(untold) - MOST_UNTOLD} more without an arrow"] if len(untold) > MOST_UNTOLD else []
+    return [*untold[:MOST_UNTOLD], *more]

@@ -1,25 +1,31 @@
 """Branches of states over the load at one gap, cut where their verdict changes, and jumps between them.
 
+Where a strip jumps to is told by what loading paths ask as well (`elastica.quasistatic`).
+
 Of the exact method the cuts are narrowed down and the pieces sampled afresh, densely at both ends, where
 folds have vertical tangents. Of a chain, and at prescribed shortening, a piece has the values of the file.
 """
 
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
+from elastica.catalogue import search
 from elastica.codes import Stability, Status
+from elastica.ends import parse_ends
+from elastica.quasistatic import Loading
+from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
 from studies.plot.boundaries import event_at
 from studies.plot.reading import solves_exactly
-from studies.reduction import potential
 
 MOST_READ, SAMPLES = 400, 48
 SECTIONS, TIMES = 16, 4
 MOST_INDEX = 3
 """Index from which on a branch is only followed through the grid, without narrowing down its cuts."""
-TOGETHER = 2e-3
-"""Distance, as part of the diagram, at which branches meet."""
+SAME = 1e-6
+"""Difference of curvature over √p of one and the same equilibrium."""
 QUANTITIES = ("P", "shortening", "curvature", "energy", "bending_energy", "reaction")
 
 
@@ -57,7 +63,18 @@ class Piece(NamedTuple):
 
 
 class Jump(NamedTuple):
-    """From where a stable state is lost to where the arrow leads: states and values of `QUANTITIES`."""
+    """From where a stable state is lost to where the strip goes.
+
+    Attributes
+    ----------
+    control : str
+        "P" or "shortening".
+    state, other_state : str
+        `other_state` is "?" where it cannot be told, and the state's own name with a ? where not the state
+        ends but following it.
+    start, stop : dict
+        Values of `QUANTITIES`; `stop` is empty where it cannot be told.
+    """
 
     control: str
     state: str
@@ -179,69 +196,57 @@ def _stored(name, panel, control):
     ]
 
 
-def jumps(pieces, control, prescribed):
-    """Where stable states are lost under a control without another that goes on, and what is stable there.
+def jumps(pieces, control, prescribed, ends, H):
+    """Where stable states are lost under a control, and where a strip that is loaded slowly goes from there.
 
     Parameters
     ----------
     pieces : list of Piece
+        Of the exact method.
     control : str
         "P" or "shortening", rising or falling.
     prescribed : str
         The control of the dataset.
+    ends : str
+    H : float
 
     Returns
     -------
     list of Jump
-        To the stable state of least potential that is below that of the one lost; none where there is none.
+        Without those that begin beyond the grid, and without smooth passages.
     """
-    values = {q: np.concatenate([piece.values[q] for piece in pieces]) for q in ("P", "shortening")}
-    scale = {q: max(np.ptp(each), 1e-12) for q, each in values.items()}
-    runs = [run for piece in pieces for run in _runs(piece, piece.holds(control, prescribed))]
-    lost = []
-    for state, run, edges in runs:
-        for end, inner, edge in ((0, 1, edges[0]), (-1, -2, edges[1])):
-            forward = np.sign(run[control][end] - run[control][inner])
-            if edge or not forward or _goes_on(runs, run, end, forward, control, scale):
-                continue
-            start = {q: values[end] for q, values in run.items()}
-            targets = [stop for other in runs for stop in _crossings(*other[:2], start, control, scale)]
-            lower = [stop for stop in targets if stop[1][potential(control)] < start[potential(control)]]
-            if lower:
-                other, stop = min(lower, key=lambda found: found[1][potential(control)])
-                lost.append(Jump(control, state, other, start, stop))
-    return lost
+    least, most = (edge(edge(piece.values[prescribed]) for piece in pieces) for edge in (min, max))
+    loading = Loading(parse_ends(ends), H, control)
+    arcs = [arc for piece in pieces for arc in _arcs(loading, piece, piece.holds(control, prescribed))]
+    found = []
+    for arc, upper in product(dict.fromkeys(arcs), (False, True)):
+        if arc.state.straight and not upper:
+            continue
+        lost = arc.end(upper)
+        start = {q: values[0] for q, values in _values(lost, slice(None)).items()}
+        if not least < start[prescribed] < most:
+            continue
+        event = loading.passage(arc, upper)
+        if event.arc is None:
+            name = "?" if event.lost else f"{arc.state.name}?"
+            found.append(Jump(control, arc.state.name, name, start, {}))
+        elif event.jump:
+            there = _values(event.arc.at(np.array([event.given])), slice(None))
+            stop = {q: values[0] for q, values in there.items()}
+            found.append(Jump(control, arc.state.name, event.arc.state.name, start, stop))
+    return found
 
 
-def _runs(piece, holds):
-    """Parts of a piece that are stable: state, values, and whether each end is the end of the grid."""
+def _arcs(loading, piece, holds):
+    """The arcs of the parts of a piece that are stable."""
     places = np.flatnonzero(holds)
     for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
         if run.size > 1:
-            edges = (
-                run[0] == 0 and piece.events[0] is None,
-                run[-1] == holds.size - 1 and piece.events[1] is None,
-            )
-            yield piece.state, {q: values[run] for q, values in piece.values.items()}, edges
-
-
-def _goes_on(runs, run, end, forward, control, scale):
-    """Whether another stable run passes the end of this one and leads on in its direction."""
-    for _, other, _ in runs:
-        if other is run:
-            continue
-        away = sum(((other[q] - run[q][end]) / scale[q]) ** 2 for q in scale) ** 0.5
-        near = away.argmin()
-        if away[near] < TOGETHER and (forward * (other[control] - other[control][near])).max() > 0:
-            return True
-    return False
-
-
-def _crossings(state, run, start, control, scale):
-    """Where a run has the control at which another was lost, away from it."""
-    past = run[control] - start[control]
-    for i in np.flatnonzero(past[:-1] * past[1:] <= 0):
-        share = past[i] / (past[i] - past[i + 1]) if past[i] != past[i + 1] else 0.0
-        stop = {q: values[i] + share * (values[i + 1] - values[i]) for q, values in run.items()}
-        if any(abs(stop[q] - start[q]) > TOGETHER * scale[q] for q in scale):
-            yield state, stop
+            middle = run[run.size // 2]
+            P, curvature = (piece.values[q][middle] for q in ("P", "curvature"))
+            name = piece.state.partition(":")[0]
+            for _, _, s in search([name], loading.ends, "P", np.array([P]), np.array([loading.H])):
+                away = np.abs(s.curvature - curvature) / (1 + np.sqrt(FOUR_PI_SQUARED * P))
+                arc = loading.through(s, int(away.argmin())) if away.min() < SAME else None
+                if arc is not None:
+                    yield arc
