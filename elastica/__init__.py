@@ -2,8 +2,19 @@
 
 >>> import elastica
 >>> s = elastica.solve("U", P=[2.0, 2.5], H=0.1, ends="clamped-clamped")
->>> s.stability.tolist()
-[0, 0]
+>>> s.stable.tolist()
+[True, True]
+>>> s
+Solution of U, clamped-clamped, at 2 points, P prescribed
+  P    H  status  stability  index  curvature      energy  shortening
+  2  0.1  solved     stable      0    1.48141  -0.0253944   0.0261276
+2.5  0.1  solved     stable      0    1.17366  -0.0386388   0.0268814
+
+solve        a state at arrays of loads and gaps: its shape, its energy, whether it is stable
+find_states  all states at a point
+transitions  where a state begins and ends along load or shortening, and what it meets there
+states       the names of states
+Strip        a real strip: newtons and metres to numbers and back
 """
 
 from elastica.catalogue import FoundStates, find_states
@@ -12,6 +23,12 @@ from elastica.solution import Solution, solve
 from elastica.states import states
 from elastica.strip import Strip
 from elastica.transitions import Transitions, transitions
+
+
+def __dir__() -> list[str]:
+    """What there is for users; modules are found by their own names."""
+    return sorted([*__all__, *(name for name in globals() if name.startswith("__"))])
+
 
 __all__ = [
     "Event",

@@ -3,29 +3,37 @@
 Left out: names themselves (`states`), the search along κ (`sweep`, `equilibrium`).
 """
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from elastica.codes import Stability, Status
+from elastica.codes import Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import CHUNK, every, find
 from elastica.inputs import broadcast
+from elastica.rows import Rows
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.solution import prescribed, solution_of, solve, unfollowed, unusable
 from elastica.states import parse_state, states
 from elastica.sweep import Table
 
+POTENTIAL = {"P": "energy", "shortening": "bending_energy"}
+"""What is least in the preferred state, for either control."""
 
-@dataclass(frozen=True, eq=False)
-class FoundStates:
-    """Equilibria, one row each; rows are sorted by point, then by energy.
+
+@dataclass(frozen=True, eq=False, repr=False)
+class FoundStates(Rows):
+    """Equilibria, one row each, by point and then by energy, at prescribed shortening by bending energy.
+
+    ``for found in find_states(…)`` gives one row after the other, `to_dataframe` a table of pandas.
 
     Attributes
     ----------
     ends : Ends
+    control : str
+        "P" or "shortening": what is prescribed.
     point : ndarray of int, shape (rows,)
         Flat index of the point in the broadcast arrays of P and H.
     state : ndarray of str, shape (rows,)
@@ -42,10 +50,34 @@ class FoundStates:
         States that may be there beyond the end of the search, by the flat index of the point: steeper than
         90°, as a rule. They are no rows.
     labels : dict of str to ndarray, shape (rows,)
-        Where P or H is a DataArray, labels of the point along each dimension.
+        Where P or H is a DataArray, labels of the point along each dimension; of one that has the name of
+        a column and other values, as ``P_label``.
     """
 
+    row_name = "FoundState"
+    columns = (
+        "point",
+        "state",
+        "P",
+        "H",
+        "status",
+        "stability",
+        "index",
+        "nullity",
+        "curvature",
+        "energy",
+        "bending_energy",
+        "shortening",
+        "flat_length",
+        "max_slope",
+        "clearance",
+        "error",
+        "reaction",
+        "contact_position",
+    )
+
     ends: Ends
+    control: str
     point: np.ndarray
     state: np.ndarray
     P: np.ndarray
@@ -68,31 +100,23 @@ class FoundStates:
     not_followed: dict[int, tuple[str, ...]]
     labels: dict[str, np.ndarray]
 
-    def __len__(self) -> int:
-        """Number of rows."""
-        return self.point.size
-
     def __str__(self) -> str:
         """One line a state."""
+        least = POTENTIAL[self.control]
         heads = f"{'P':>10} {'H':>10}  {'state':<10} {'stability':<22} {'index':>5}"
-        lines = [f"{heads} {'energy':>16} {'shortening':>12}"]
-        for row in range(len(self)):
-            lines.append(
-                f"{self.P[row]:>10.6g} {self.H[row]:>10.6g}  {self.state[row]:<10} "
-                f"{Stability(int(self.stability[row])).name.lower():<22} {self.index[row]:>5} "
-                f"{self.energy[row]:>16.9g} {self.shortening[row]:>12.6g}"
-            )
+        lines = [f"{heads} {least:>16} {'shortening':>12}"]
+        lines += [
+            f"{row.P:>10.6g} {row.H:>10.6g}  {row.state:<10} {row.stability!s:<22} {row.index:>5} "
+            f"{getattr(row, least):>16.9g} {row.shortening:>12.6g}"
+            for row in self
+        ]
         if self.not_followed:
             names = dict.fromkeys(name for some in self.not_followed.values() for name in some)
             lines.append(f"not followed, mostly beyond 90 degrees: {' '.join(names)}")
         return "\n".join(lines)
 
 
-COLUMNS = [
-    f.name
-    for f in fields(FoundStates)
-    if f.name not in ("ends", "point", "state", "reasons", "not_followed", "labels")
-]
+COLUMNS = [name for name in FoundStates.columns if name not in ("point", "state")]
 
 
 def find_states(
@@ -150,15 +174,21 @@ def find_states(
         for name in COLUMNS
     }
     point, state = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
-    order = np.lexsort((columns["energy" if control == "P" else "bending_energy"], point))
+    order = np.lexsort((columns[POTENTIAL[control]], point))
     columns = {name: values[order] for name, values in columns.items()}
     point = point[order]
     named = {}
     if labels is not None and labels.dims:
         along = np.unravel_index(point, shape)
         named = {dim: labels[dim].values[at] for dim, at in zip(labels.dims, along, strict=True)}
+    for name in set(named) & set(columns):
+        # What is the load or gap itself says nothing new, another label of that name something else.
+        label = named.pop(name)
+        if not np.array_equal(label, columns[name]):
+            named[f"{name}_label"] = label
     return FoundStates(
         ends,
+        control,
         point,
         state[order],
         **columns,

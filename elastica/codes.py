@@ -2,8 +2,24 @@
 
 from enum import IntEnum
 
+import numpy as np
 
-class Status(IntEnum):
+
+class Code(IntEnum):
+    """A code that prints as its name."""
+
+    def __str__(self) -> str:
+        """Name as datasets spell it: "stable", not 0."""
+        return self.name.lower()
+
+    @classmethod
+    def names(cls, codes: np.ndarray) -> np.ndarray:
+        """Names of an array of codes, shape of `codes`."""
+        codes, place = np.unique(codes, return_inverse=True)
+        return np.array([str(cls(code)) for code in codes], "<U32")[place]
+
+
+class Status(Code):
     """What became of a state at a point.
 
     NO_EQUILIBRIUM says that the branches of the state have all ended on this side of the point: folded, gone
@@ -19,7 +35,7 @@ class Status(IntEnum):
     NOT_COMPUTED = -1
 
 
-class Stability(IntEnum):
+class Stability(Code):
     """Verdict on a solved state, from the second variation with moving contacts."""
 
     STABLE = 0
@@ -30,7 +46,7 @@ class Stability(IntEnum):
     NOT_SOLVED = -1
 
 
-class Event(IntEnum):
+class Event(Code):
     """What happens to a state."""
 
     BUCKLES = 0
@@ -40,3 +56,7 @@ class Event(IntEnum):
     FLAT_BUCKLES = 4
     FOLD = 5
     RIGHT_ANGLE = 6
+
+
+CODES: dict[str, type[Code]] = {"status": Status, "stability": Stability, "event": Event}
+"""Which codes the arrays of these names hold."""

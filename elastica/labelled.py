@@ -43,6 +43,10 @@ class LabelledSolution(Solution):
                 values[name] = _label(labels, name, value, extra)
         return cls(**values, plain=plain, labels=labels)
 
+    def __repr__(self) -> str:
+        """What is known at the first points."""
+        return f"{self.plain!r}\nalong {', '.join(self.labels.dims)}"
+
     def patterns(self, points: np.ndarray) -> Iterator[tuple[np.ndarray, tuple[Segment, ...]]]:
         """Divide points by the segments that the state has there; see `Solution`."""
         return self.plain.patterns(points)

@@ -16,6 +16,7 @@ from elastica.equilibrium import find, of_root, unresolved_load
 from elastica.euler import euler_root
 from elastica.inputs import broadcast
 from elastica.properties import bent, straight
+from elastica.rows import described
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.spelling import did_you_mean
@@ -49,7 +50,7 @@ class Solution:
     status : ndarray of int8
         Codes of `Status`.
     stability : ndarray of int8
-        Codes of `Stability`; −1 where the status is not solved.
+        Codes of `Stability`, 0 is STABLE; −1 where the status is not solved. `stable` says it with a bool.
     index, nullity : ndarray of int16
         Numbers of strictly negative directions and of exact zeros of the second variation; −1 where
         not solved.
@@ -93,6 +94,15 @@ class Solution:
     lengths: np.ndarray
     periods: np.ndarray
     reasons: dict[int, str] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        """What is known at the first points, with names of codes."""
+        return described(self)
+
+    @property
+    def stable(self) -> np.ndarray:
+        """Where the state is solved and stable: bool, shape (...)."""
+        return self.stability == Stability.STABLE
 
     def patterns(self, points: np.ndarray) -> Iterator[tuple[np.ndarray, tuple[Segment, ...]]]:
         """Divide points, given by their flat indices, by the segments that the state has there.
@@ -138,7 +148,7 @@ class Solution:
         Returns
         -------
         Conventional
-            `eigenvalues` (..., count), `index` (...) and `stable` (...); NaN and −1 where not solved.
+            `eigenvalues` (..., count) and `index` (...), NaN and −1 where not solved; `stable` (...), bool.
         """
         from elastica.spectrum import conventional
 
@@ -246,7 +256,7 @@ def solve(
     arrays["status"][lost] = Status.NOT_FOLLOWED
     for name, value in values.items():
         arrays[name][at] = value
-    arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
+    arrays[control] = given
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
     solution = Solution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons)
     return solution if labels is None else label(solution, labels)

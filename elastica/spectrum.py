@@ -71,8 +71,8 @@ def conventional(solution, count=1):
     -------
     Conventional
         `eigenvalues`, shape (..., count), the lowest ones as in `eigenvalues`; `index`, shape (...), int16,
-        the number of negative ones among all; `stable`, shape (...), int8, 1 where there is none and 0 where
-        there is. NaN and −1 where they are not known.
+        the number of negative ones among all; NaN and −1 where they are not known. `stable`, shape (...),
+        bool, where it is known that there is none.
 
     Raises
     ------
@@ -88,8 +88,7 @@ def conventional(solution, count=1):
         values = _eigenvalues(solution, max(count, most), contacts_move=False)
         unknown = np.isnan(values[..., 0])
         index = np.where(unknown, -1, (values < 0).sum(axis=-1)).astype(np.int16)
-    stable = np.where(index < 0, -1, index == 0).astype(np.int8)
-    return Conventional(values[..., :count], index, stable)
+    return Conventional(values[..., :count], index, index == 0)
 
 
 @single_threaded

@@ -27,6 +27,7 @@ from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import every
 from elastica.euler import euler_root
 from elastica.inputs import read_number, read_numbers
+from elastica.rows import Rows
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.solution import SMALLEST_GAP, solve
@@ -44,9 +45,11 @@ SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
 """Relative difference of energy, and of curvature in units of √p, that one shape may have by then."""
 
 
-@dataclass(frozen=True, eq=False)
-class Transitions:
+@dataclass(frozen=True, eq=False, repr=False)
+class Transitions(Rows):
     """Events, one row each, by gap and then by what is controlled.
+
+    ``for event in transitions(…)`` gives one row after the other, `to_dataframe` a table of pandas.
 
     Attributes
     ----------
@@ -62,6 +65,18 @@ class Transitions:
         Index of the state just below and above, −1 where it does not exist.
     """
 
+    row_name = "Transition"
+    columns = (
+        "H",
+        "P",
+        "shortening",
+        "state",
+        "other_state",
+        "event",
+        "index_before",
+        "index_after",
+    )
+
     ends: Ends
     control: str
     H: np.ndarray
@@ -73,10 +88,6 @@ class Transitions:
     index_before: np.ndarray
     index_after: np.ndarray
 
-    def __len__(self) -> int:
-        """Number of rows."""
-        return self.H.size
-
     def __str__(self) -> str:
         """One line an event."""
         lines = [f"{'H':>10} {'P':>16} {'shortening':>14}  {'state':<8} {'event':<14} index       meets"]
@@ -84,7 +95,7 @@ class Transitions:
             before, after = (i if i >= 0 else "none" for i in (self.index_before[row], self.index_after[row]))
             lines.append(
                 f"{self.H[row]:>10.6g} {self.P[row]:>16.12g} {self.shortening[row]:>14.9g}  "
-                f"{self.state[row]:<8} {Event(int(self.event[row])).name.lower():<14} "
+                f"{self.state[row]:<8} {Event(self.event[row])!s:<14} "
                 f"{before!s:>4} -> {after!s:<4} {self.other_state[row]}"
             )
         return "\n".join(lines)

@@ -11,6 +11,7 @@ open          open a dataset as `xarray.Dataset`, which has `.elastica` for what
 check         verify a dataset and say what is in it
 plot          figures and films of a dataset: `plot.chart`, `plot.bifurcation`, `plot.shapes` …
 loading_path  push and release a strip slowly: the loop, with its jumps, as a dataset
+to_dataset    an answer of elastica.solve or elastica.find_states, as a labelled dataset
 Catalog       a folder of finished datasets, found again without opening them
 StudyError    the error of everything here: one sentence that says what to change
 
@@ -22,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from studies import plot as plot
+    from studies.answers import to_dataset as to_dataset
     from studies.catalog import Catalog as Catalog
     from studies.checking import check as check
     from studies.errors import StudyError as StudyError
@@ -41,6 +43,7 @@ _HOME = {
     "Catalog": "catalog",
     "plot": "plot",
     "loading_path": "loading",
+    "to_dataset": "answers",
 }
 
 __all__ = sorted(_HOME)

@@ -27,7 +27,7 @@ BASES = (1.0, 0.5, 2.0, 0.25, 4.0)
 """Stiffness of the uniform strips to start from, in units of that of the same mean compliance."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class ChainSolution(Solution):
     """A state of a chain of links; attributes as those of the exact `Solution`, with these differences.
 
@@ -69,9 +69,8 @@ class ChainSolution(Solution):
         if self.state.line:
             # A line may not move in any case, and its flat stretch buckles off the wall.
             index = self.index.ravel()
-        stable = np.where(index < 0, -1, index == 0).astype(np.int8)
         shape = self.status.shape
-        return Conventional(values.reshape(*shape, count), index.reshape(shape), stable.reshape(shape))
+        return Conventional(values.reshape(*shape, count), index.reshape(shape), index.reshape(shape) == 0)
 
     def shape(self, samples):
         """Points of the polygon at equidistant arc lengths, angles linear between; see `Solution`."""
@@ -176,7 +175,7 @@ def solve(
             for name, value in outcome.values.items():
                 arrays[name][point] = value
         left = left[arrays["status"][left] == Status.FAILED]
-    arrays[control] = np.where(np.isnan(arrays["energy"]), np.nan, given) if control != "P" else given
+    arrays[control] = given
     coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
         warnings.warn(
