@@ -59,6 +59,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'studies' has no attribute {name!r}")
     if name != "StudyError":
-        import_module("studies.errors").refuse_windows()
+        errors = import_module("studies.errors")
+        errors.refuse_windows()
+        errors.refuse_pyelastica()
     home = import_module(f"studies.{_HOME[name]}")
     return home if name == _HOME[name] else getattr(home, name)

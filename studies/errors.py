@@ -2,6 +2,8 @@
 
 import os
 import sys
+from importlib.util import find_spec
+from pathlib import Path
 
 MOST_SHOWN = 60
 """Characters of a value in a sentence."""
@@ -30,6 +32,26 @@ def refuse_windows():
         raise StudyError(
             "studies and the command `elastica` need Linux, macOS or, on Windows, WSL (wsl --install); "
             "`import elastica` in Python solves states here too"
+        )
+
+
+def refuse_pyelastica():
+    """Refuse to work with PyElastica in the place of `elastica`, whose name it has.
+
+    Raises
+    ------
+    StudyError
+    """
+    found = find_spec("elastica")
+    origin = Path(found.origin) if found and found.origin else None
+    if (
+        origin
+        and origin.is_file()
+        and "find_states" not in origin.read_text(encoding="utf-8", errors="replace")
+    ):
+        raise StudyError(
+            f"{origin.parent} is PyElastica, whose import name is elastica too; install each into an "
+            "environment of its own (pip install --force-reinstall constrained-elastica)"
         )
 
 

@@ -155,7 +155,7 @@ def test_conventional_method():
     expected = [22.2511772, -18.0519525, -58.2150914, -74.1965033, np.nan]
     assert held.eigenvalues[:, 0] == pytest.approx(expected, abs=6e-8, nan_ok=True)
     assert held.index.tolist() == [0, 1, 1, 1, -1]
-    assert held.stable.tolist() == [1, 0, 0, 0, -1]
+    assert held.stable.tolist() == [True, False, False, False, False]
     assert elastica.solve("U", P=2.5, H=0.05).conventional().eigenvalues[0] == pytest.approx(
         -17.9608, abs=5e-5
     )

@@ -5,7 +5,7 @@ import sys
 import click
 
 from studies.command_line.options import Command
-from studies.errors import FailedPoints, StudyError, printable, refuse_windows
+from studies.errors import FailedPoints, StudyError, printable, refuse_pyelastica, refuse_windows
 
 BAD_INPUT = 2
 FAILED_POINTS = 3
@@ -30,6 +30,7 @@ class Group(click.Group):
         """Run a subcommand."""
         try:
             refuse_windows()
+            refuse_pyelastica()
             return super().invoke(ctx)
         except BrokenPipeError:
             raise
