@@ -368,7 +368,7 @@ def unusable(control, given, H, unresolved=np.inf):
         good, allowed = (given >= 0) & (given <= LARGEST_LOAD), f"give a load from 0 to {LARGEST_LOAD:g}"
     else:
         good = (given == 0) | ((given >= SMALLEST_SHORTENING) & (given <= 2))
-        allowed = f"give an approach of the ends that is 0 or from {SMALLEST_SHORTENING:g} to 2"
+        allowed = f"give an approach of the ends from 0 to 2, 0 or at least {SMALLEST_SHORTENING:g}"
     reasons = {}
     for name, values, possible, remedy in (
         (control, given, good, allowed),
