@@ -14,10 +14,11 @@ from pathlib import Path
 from studies.catalog import INDEX, SUFFIX, Catalog, Entry, is_name
 from studies.checking import check
 from studies.errors import StudyError
-from studies.files import identify, opened, read_labels
+from studies.files import identify
+from studies.known import read_finished, state_labels
 from studies.lock import one_at_a_time
-from studies.merging import read_finished
 from studies.progress import note
+from studies.sources import refuse_changed
 from studies.whole_files import temporary_name, written_whole
 
 PATIENCE = 60.0
@@ -105,8 +106,10 @@ def describe(file: Path) -> Entry:
         raise StudyError(f"{file}: this is a link; give the file itself, {file.resolve()}")
     dataset = read_finished(file)
     study, attributes = dataset.study, dataset.attributes
-    with opened(file) as opened_file:
-        states = [str(name) for name in read_labels(opened_file.variables["state"], file)]
+    states = state_labels(dataset.source)
+    found = {"sha256": _sha256(file), "bytes": file.stat().st_size}
+    # Both must be of the file whose content was proved.
+    refuse_changed(dataset.source)
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Entry(
         title=str(attributes.get("title", study.name)),
@@ -114,8 +117,6 @@ def describe(file: Path) -> Entry:
         study_id=attributes["study_id"],
         numerics_id=attributes["numerics_id"],
         content_hash=attributes["content_hash"],
-        sha256=_sha256(file),
-        bytes=file.stat().st_size,
         date_created=str(attributes.get("date_created", "unknown")),
         date_added=now,
         ends=dataset.source.ends,
@@ -124,6 +125,7 @@ def describe(file: Path) -> Entry:
         **{study.grid.control: _extent(dataset.source.given)},
         solve=study.solve.arguments,
         outputs=study.outputs.model_dump(exclude_none=True),
+        **found,
     )
 
 

@@ -125,9 +125,9 @@ def settle(study, out):
     with written_whole(out) as temporary:
         shutil.copyfile(out, temporary)
         with opened(temporary, "a") as dataset:
-            for name in texts(Study.from_dict(json.loads(dataset.config_json))).keys() - texts(study).keys():
+            before = texts(Study.from_dict(json.loads(dataset.config_json)))
+            for name in before.keys() & set(dataset.ncattrs()) - texts(study).keys():
                 dataset.delncattr(name)
-            dataset.setncatts(
-                texts(study) | {"history": f"{dataset.history}\n{now} name and texts of the study changed"}
-            )
+            history = f"{getattr(dataset, 'history', '')}\n{now} name and texts of the study changed"
+            dataset.setncatts(texts(study) | {"history": history.lstrip()})
     note(f"{out}: its results are those of this study, whose name and texts it has now")

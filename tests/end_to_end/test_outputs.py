@@ -202,6 +202,27 @@ def test_a_study_file_whose_name_is_not_utf8_is_computed_and_its_command_is_kept
     assert r"st\xfcdy.toml" in identify(tmp_path / "tiny.nc")["command"]
 
 
+def test_a_file_that_is_replaced_while_it_enters_a_catalogue_is_refused(out, monkeypatch):
+    from studies import archive
+
+    studies.run(STUDY, out, workers=0).close()
+    proved, original = out.read_bytes(), archive._sha256
+
+    def replacing(path):
+        digest = original(path)
+        out.with_name("new.nc").write_bytes(proved)
+        os.replace(out.with_name("new.nc"), out)
+        return digest
+
+    catalogs = out.with_name("catalogs")
+    catalogs.mkdir()
+    monkeypatch.setattr(archive, "_sha256", replacing)
+    with pytest.raises(StudyError, match=r"tiny\.nc: this file was changed, or replaced by another, since"):
+        add(catalogs, out)
+    assert out.read_bytes() == proved
+    assert names(catalogs) == set()
+
+
 def no_locks(monkeypatch, number):
     def refused(*_):
         raise OSError(number, os.strerror(number))
