@@ -18,12 +18,13 @@ from elastica.solution import solve
 from elastica.states import parse_state
 from elastica.strip import Strip
 from studies.errors import StudyError
-from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of
+from studies.schema import CONTROLS, COORDINATES, TRANSITIONS, VARIABLES, control_of
 from studies.study import Study
 from studies.units import dimensionless, physical
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 SHAPE = ("theta", "x", "y")
 SAMPLES = 201
@@ -172,6 +173,41 @@ class Elastica:
         )
         rows = rows.reset_coords(drop=True).isel(transition=left)
         return rows.rename({name: name.removeprefix("transition_") for name in TRANSITIONS})
+
+    def table(self) -> "DataFrame":
+        """One row for each state that is solved, not for each that might be.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Columns are the labels and what is known of a state: codes by their names, what there is for each
+            contact or mode in columns with its number (``reaction_1``). Shapes are left out.
+
+        Raises
+        ------
+        StudyError
+            If the dataset has no status.
+        """
+        from pandas import DataFrame
+
+        status = self._variable("status")
+        at = np.flatnonzero((status == Status.SOLVED).values)
+        labels = ("ends", "H", *CONTROLS, "state")
+        names = [name for name in labels if name in self._dataset.coords]
+        columns = {name: status.coords[name].broadcast_like(status) for name in names}
+        for name in [name for name in VARIABLES if name in self._dataset.data_vars and name != "status"]:
+            values = self._dataset[name]
+            more = [dim for dim in values.dims if dim not in status.dims]
+            if not more and set(values.dims) == set(status.dims):
+                columns[name] = values
+            elif more in (["contact"], ["mode"]):
+                numbers = self._dataset[more[0]].values
+                columns |= {f"{name}_{n}": values.isel({more[0]: i}) for i, n in enumerate(numbers)}
+        rows = {name: values.transpose(*status.dims).values.ravel()[at] for name, values in columns.items()}
+        for name in rows.keys() & VARIABLES.keys():
+            if (flags := VARIABLES[name].flags) is not None:
+                rows[name] = np.array([flags(int(code)).name.lower() for code in rows[name]], object)
+        return DataFrame(rows)
 
     def physical(self, strip: Strip) -> Dataset:
         """The dataset of a real strip: newtons, metres, joules, 1/m and hertz in place of numbers.

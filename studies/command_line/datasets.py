@@ -66,15 +66,16 @@ def plot(file, kind, output, **options):
 
     arguments = _arguments(kind, options)
     output = output or file.with_name(file.stem + f"-{kind}" * (kind != "chart") + ".png")
-    figures.style.format_of(output)
+    figures.drawing.format_of(output)
     writable(output)
     identify(file, read=("status", "stability"))
     with open_dataset(file) as dataset:
         control = control_of(dataset.sizes)
         if options["loads" if control == "shortening" else "shortenings"]:
             raise StudyError(f"{file}: {control} is prescribed in this dataset; choose points by --{control}")
-        figures.save(getattr(figures, kind)(dataset, **arguments), output)
-    say(f"{output}")
+        figure = getattr(figures, kind)(dataset, **arguments)
+        figures.save(figure, output)
+    say(f"{output}" + f": {figure.note}" * bool(figure.note))
 
 
 ARGUMENTS = {

@@ -7,7 +7,7 @@
 
 from studies.plot.bifurcation import bifurcation
 from studies.plot.chart import chart
+from studies.plot.drawing import save
 from studies.plot.shapes import film, shapes
-from studies.plot.style import save
 
 __all__ = ["bifurcation", "chart", "film", "save", "shapes"]

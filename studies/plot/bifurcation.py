@@ -9,6 +9,7 @@ from matplotlib.lines import Line2D
 from elastica.codes import Stability
 from studies.errors import StudyError
 from studies.plot.branches import MOST_INDEX, QUANTITIES, branches, jumps
+from studies.plot.drawing import new_figure
 from studies.plot.reading import method_of, nearest_label, restored, solves_exactly
 from studies.plot.style import (
     Boundary,
@@ -17,7 +18,6 @@ from studies.plot.style import (
     colour,
     end_conditions,
     listed,
-    new_figure,
     require,
     verdict_line,
     verdict_name,

@@ -43,7 +43,8 @@ def curves_between(plane, regions, ends, heir=None):
             lost = np.flatnonzero(events == Boundary.FOLD)
             if lost.size:
                 left = _solved(name, beyond[:, lost], ends).status == Status.NOT_FOLLOWED
-                events[lost[left]] = Boundary.NOT_FOLLOWED
+                lost = lost[left & ~_folds(name, within[:, lost], beyond[:, lost], ends)]
+                events[lost] = Boundary.NOT_FOLLOWED
             # What is stable on both sides ends where it was not computed, or leaves its rank to another.
             events[goes_on] = None
             if heir is not None and goes_on.any():
@@ -60,6 +61,16 @@ def curves_between(plane, regions, ends, heir=None):
                 met.setdefault(int(edge), []).append(P)
             curves += _pieces(within, np.where(new, events, None))
     return curves
+
+
+def _folds(name, within, beyond, ends):
+    """Whether a state folds at edges: towards a fold all changes as the square root of the distance, so that
+    four times the distance is twice the change.
+    """
+    edge, near, far = (
+        _solved(name, within + steps * (within - beyond), ends).shortening for steps in (0, 1000, 4000)
+    )
+    return np.abs(far - edge) < 3 * np.abs(near - edge)
 
 
 def _taken_over(name, within, beyond, ends, heir):

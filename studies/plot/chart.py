@@ -24,6 +24,7 @@ from elastica.stable import stable_energy
 from studies.errors import StudyError
 from studies.plot.between import Between, nearest
 from studies.plot.boundaries import curves_between
+from studies.plot.drawing import new_figure
 from studies.plot.reading import (
     Grid,
     further_states,
@@ -42,7 +43,6 @@ from studies.plot.style import (
     end_conditions,
     ink,
     listed,
-    new_figure,
     require,
     shortest_first,
 )
@@ -390,7 +390,7 @@ def _explain(dataset, show, state, control, exact, pictures):
     how = "boundaries solved exactly" if exact else "boundaries to the nearest grid point"
     unknown = sorted({name for picture in pictures for name in picture.unknown})
     missing = f"not computed, or only in part: {listed(unknown)}" if unknown else ""
-    if any(picture.none.any() for picture in pictures):
+    if any(picture.meaning and (picture.none | picture.unfollowed).any() for picture in pictures):
         missing = "\n".join(filter(None, (missing, further_states(dataset))))
     prescribed = {"P": "stability at given load", "shortening": "stability at given shortening"}[control]
     return f"{what}; {prescribed}; {how}", missing

@@ -12,8 +12,9 @@ from elastica.codes import Stability, Status
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
 from studies.errors import StudyError
+from studies.plot.drawing import finished_elsewhere, new_figure
 from studies.plot.reading import method_of, nearest_label, restored
-from studies.plot.style import caption, colour, end_conditions, listed, new_figure, require, verdict_name
+from studies.plot.style import caption, colour, end_conditions, listed, require, verdict_name
 from studies.schema import control_of
 from studies.units import NUMBERS
 
@@ -125,12 +126,12 @@ def shapes(
     points = _points(panel, control, given, list(states or ()), units)
     strips = [Strip.at(value, gap, state, ends, control) for value, state in points[:MOST_STRIPS]]
     method = "" if method_of(dataset) == "exact" else ", the exact strip in place of the chain"
-    more = ""
+    where, note = f"H = {units.text('H', gap)}, {ends}{method}", ""
     if len(points) > MOST_STRIPS:
-        more = (
-            f"\n{MOST_STRIPS} of {len(points)} strips are drawn; choose others by the names of their states"
-        )
-    return draw(strips, f"H = {units.text('H', gap)}, {ends}{method}", more, dataset, units)
+        note = f"{MOST_STRIPS} of {len(points)} strips are drawn; choose others by their states"
+    figure = draw(strips, "\n".join(filter(None, (note, where))), dataset, units)
+    figure.note = note
+    return figure
 
 
 def _points(panel, control, given, states, units):
@@ -181,7 +182,7 @@ def _rank(panel, control, solved):
     return np.where(solved, rank, 999)
 
 
-def draw(strips, where="", more="", dataset=None, units=NUMBERS):
+def draw(strips, where="", dataset=None, units=NUMBERS):
     """Draw strips of `Strip.at`, one below the other in two columns, with one scale of forces."""
     rows = -(-len(strips) // 2)
     stretch = _stretch(strips)
@@ -196,7 +197,7 @@ def draw(strips, where="", more="", dataset=None, units=NUMBERS):
     force = "force of a wall μ*" + ("" if units.unit("reaction") else "L²/4π²EI")
     scale = f"; longest arrow: {force} = {units.text('reaction', largest)}"
     heights = "" if stretch == 1 else f"; heights × {stretch:g}"
-    text = f"{where}{scale}{heights}; filled: stable, hollow: unstable{more}"
+    text = f"{where}{scale}{heights}; filled: stable, hollow: unstable"
     if dataset is not None:
         caption(figure, dataset, text)
     else:
@@ -278,7 +279,8 @@ def film(
     Raises
     ------
     StudyError
-        If a state does not exist at its point, there is no point, or the ending is another.
+        If a state does not exist at its point, there is no point, the ending is another, or the film cannot
+        be written.
 
     Examples
     --------
@@ -317,4 +319,5 @@ def film(
         diagram.set(xlabel="shortening  ΔL*/L", ylabel="thrust  P*L²/4π²EI")
 
     animation = FuncAnimation(figure, frame, frames=len(strips))
-    animation.save(path, writer=PillowWriter(fps=frames_per_second), dpi=90)
+    with finished_elsewhere(path, ".gif") as finished:
+        animation.save(finished, writer=PillowWriter(fps=frames_per_second), dpi=90)

@@ -7,11 +7,6 @@ eyes that do not see all hues.
 
 import zlib
 from enum import Enum
-from pathlib import Path
-
-import matplotlib
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.figure import Figure
 
 from elastica.codes import Stability
 from elastica.ends import parse_ends
@@ -145,26 +140,19 @@ def axis_label(variable, units):
     return f"{known.long_name}  [{unit}]" if unit else known.long_name
 
 
-def new_figure(size):
-    """An empty figure of `size` inches that needs no display."""
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
 def caption(figure, dataset, *parameters):
     """Title of the dataset over the figure, and below it what its numbers mean and where they are from."""
     title, known, study = (_plain(dataset.attrs.get(key, "")) for key in ("title", "id", "study_id"))
-    figure.suptitle(title or known, fontsize="medium")
+    figure.suptitle(title or known, fontsize="medium", parse_math=False)
     source = ", ".join(f"{name} {text}" for name, text in (("data", known), ("study", study)) if text)
     lines = [part for part in (*parameters, _strip(dataset), source) if part]
-    figure.supxlabel("\n".join(lines), fontsize="x-small", color="0.3")
+    figure.supxlabel("\n".join(lines), fontsize="x-small", color="0.3", parse_math=False)
 
 
 def _plain(text):
-    """A text of a file, as it stands in a figure: no formula, and not longer than that."""
+    """A text of a file, as it stands in a figure: in one line, and not longer than that."""
     text = printable(text)
-    return (text if len(text) <= MOST_OF_TEXT else f"{text[:MOST_OF_TEXT]}…").replace("$", r"\$")
+    return text if len(text) <= MOST_OF_TEXT else f"{text[:MOST_OF_TEXT]}…"
 
 
 def _strip(dataset):
@@ -174,37 +162,6 @@ def _strip(dataset):
     strip = strip_of(dataset)
     given = {name: getattr(strip, name) for name in GIVEN}
     return "strip: " + ", ".join(f"{name} {value:g} {GIVEN[name]}" for name, value in given.items() if value)
-
-
-def format_of(path):
-    """PNG, PDF or SVG, by the ending of a path.
-
-    Raises
-    ------
-    StudyError
-        If the ending is another.
-    """
-    ending = Path(path).suffix.lower()
-    if ending not in (".png", ".pdf", ".svg"):
-        raise StudyError(f"{path}: the ending decides the format; use .png, .pdf or .svg")
-    return ending[1:]
-
-
-def save(figure: Figure, path: str | Path) -> None:
-    """Write a figure as PNG, PDF or SVG, by the ending; letters stay letters.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-    path : str or Path
-
-    Raises
-    ------
-    StudyError
-        If the ending is another.
-    """
-    with matplotlib.rc_context({"svg.fonttype": "none", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=200, format=format_of(path))
 
 
 def end_conditions(dataset):

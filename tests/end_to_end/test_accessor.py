@@ -1,3 +1,6 @@
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 import xarray
@@ -151,6 +154,106 @@ def test_shapes_of_a_real_strip_are_in_metres(dataset, ruler):
             lost.elastica.shape(21)
     with pytest.raises(studies.StudyError, match="H has lost its attribute 'units'"):
         some.drop_attrs().elastica.physical(ruler)
+
+
+def test_a_table_has_a_row_for_each_solved_state(dataset):
+    table = dataset.elastica.table()
+    solved = dataset["status"] == Status.SOLVED
+    assert len(table) == solved.sum() < solved.size / 2
+    assert list(table)[:6] == ["ends", "H", "P", "state", "stability", "index"]
+    assert {"reaction_1", "eigenvalue_3"} < set(table) and "stable_count" not in table
+    for row in table.sample(20, random_state=1).itertuples():
+        point = dataset.sel(ends=row.ends, H=row.H, P=row.P, state=row.state)
+        assert point["status"] == Status.SOLVED
+        assert row.stability == elastica.Stability(int(point["stability"])).name.lower()
+        np.testing.assert_equal(row.energy, float(point["energy"]))
+        np.testing.assert_equal(row.eigenvalue_3, float(point["eigenvalue"].sel(mode=3)))
+    stable = dataset.elastica.stable().sum(["H", "P"]).to_series()
+    counted = table[table["stability"] == "stable"].groupby(["ends", "state"]).size()
+    assert (counted == stable[counted.index]).all() and counted.sum() == stable.sum()
+    one = dataset.isel(ends=1, H=2, P=7)
+    there = one.elastica.table()
+    assert set(there["ends"]) == {"clamped-pinned"} and len(there) == (one["status"] == 0).sum()
+    assert one.isel(state=int(np.argmax(one["status"].values == 0))).elastica.table().shape[0] == 1
+
+
+CELLS = """
+import studies
+d = studies.open({path!r}).isel(ends=[0], H=slice(0, 2), P=slice(0, 3))
+d.elastica.plot.shapes()
+---
+figure = d.elastica.plot.shapes()
+---
+figure.show()
+---
+%matplotlib inline
+figure
+---
+import matplotlib.pyplot as plt
+d.elastica.plot.shapes()
+---
+figure.show()
+plt.show()
+"""
+
+
+def test_a_figure_is_shown_once_in_a_fresh_notebook(dataset_file):
+    """As soon as a cell ends with it, or it is told to, with and without pyplot and its inline figures."""
+    import nbformat
+    from nbclient import NotebookClient
+
+    cells = CELLS.format(path=str(dataset_file)).split("---")
+    notebook = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell.strip()) for cell in cells])
+    NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
+    pictures = [
+        sum("image/png" in output.get("data", {}) for output in cell["outputs"]) for cell in notebook["cells"]
+    ]
+    assert pictures == [1, 0, 1, 1, 1, 1]
+
+
+SCRIPT = """
+import sys, types
+import matplotlib
+from matplotlib.backends import backend_agg
+from matplotlib.backend_bases import FigureManagerBase
+
+class Window(FigureManagerBase):
+    @classmethod
+    def pyplot_show(cls, *, block=None):
+        from matplotlib import pyplot
+        for number in pyplot.get_fignums():
+            canvas = pyplot.get_current_fig_manager().canvas
+            canvas.draw()
+            print("shown", len(canvas.figure.axes))
+
+class Canvas(backend_agg.FigureCanvasAgg):
+    manager_class = Window
+
+backend = types.ModuleType("windows")
+backend.FigureCanvas, backend.FigureManager = Canvas, Window
+sys.modules["windows"] = backend
+matplotlib.use("module://windows")
+
+import studies
+d = studies.open(sys.argv[1]).isel(ends=[0], H=slice(0, 2), P=slice(0, 3))
+figure = d.elastica.plot.shapes(states=["0", "U"])
+figure.show()
+print("again")
+figure.show()
+studies.plot.save(figure, sys.argv[2])
+"""
+
+
+def test_a_script_shows_a_figure_when_it_says_so(dataset_file, tmp_path):
+    picture = tmp_path / "f.png"
+    answer = subprocess.run(
+        [sys.executable, "-c", SCRIPT, str(dataset_file), str(picture)],
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert answer.stdout.split("\n")[:-1] == ["shown 2", "again", "shown 2"], answer.stderr
+    assert picture.stat().st_size > 5000
 
 
 def test_what_a_dataset_lacks_is_one_sentence(dataset, monkeypatch):
