@@ -9,6 +9,9 @@ import numpy as np
 from elastica.stable import stable_energy
 from elastica.states import parse_state
 
+ABOVE = 1e-6
+"""Part of a load by which what happens at a load is over."""
+
 
 class Between(NamedTuple):
     """States of one end condition; bit k stands for `names[k]`.
@@ -47,6 +50,17 @@ class Between(NamedTuple):
             energy = np.where(nearby >> k & 1, stable_energy(name, P, H, self.ends), np.nan)
             lower = energy < least
             least[lower], bits[lower] = energy[lower], 1 << k
+        return bits
+
+    def beside(self, bits_at, H, P, *asked):
+        """Bits that a function gives at H and P (k,), or where those are none, just above.
+
+        Just at the load at which one state hands over to another none is stable, which no picture can show.
+        """
+        bits = bits_at(H, P, *asked)
+        none = np.flatnonzero(bits == 0)
+        if none.size:
+            bits[none] = bits_at(H[none], P[none] * (1 + ABOVE), *(each[none] for each in asked))
         return bits
 
     @property

@@ -175,10 +175,13 @@ def _regions(grid, show, exact):
         plane = spread(plane)
     else:
         if show == "preferred":
-            plane = sharpen(plane, lambda H, P, around: solver.preferred(H, P))
+            plane = sharpen(plane, lambda H, P, near: solver.beside(solver.preferred, H, P))
             holds, heir = solver.is_preferred, solver.preferred_name
         else:
-            plane = sharpen(plane, lambda H, P, near: solver.stable(H, P, near[0] | near[1] | solver.free))
+            plane = sharpen(
+                plane,
+                lambda H, P, near: solver.beside(solver.stable, H, P, near[0] | near[1] | solver.free),
+            )
             holds, heir = solver.is_stable, None
         regions = [(name, plane.labels >> k & 1 == 1, partial(holds, 1 << k)) for k, name in enumerate(names)]
         curves = curves_between(plane, regions, grid.ends, heir)

@@ -166,6 +166,8 @@ def test_where_states_hand_over_on_a_line_of_the_grid_some_state_is_shown(comput
     with studies.open(computed(Study.from_dict(content))) as single:
         assert (single["stable_count"].sel(P=1.0) == 0).all()
         assert hatched(studies.plot.chart(single))[0] == set()
+        # Also where the picture's own lines meet such a load.
+        assert hatched(studies.plot.chart(single.sel(P=[0.5, 1.5, 2.0])))[0] == set()
 
 
 def test_what_was_not_followed_is_hatched_and_named(computed, coarse):
