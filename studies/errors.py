@@ -1,10 +1,12 @@
 """The error that a user sees as one sentence, and how values are shown in it."""
 
 import os
+import re
 import sys
 from importlib.util import find_spec
 from pathlib import Path
 
+WINDOWS_PATH = re.compile(r"[A-Za-z]:[\\/]|.*\\")
 MOST_SHOWN = 60
 """Characters of a value in a sentence."""
 
@@ -61,6 +63,17 @@ def printable(text):
     Control characters, ends of lines, and marks that turn the direction of writing are escaped.
     """
     return "".join(mark if mark.isprintable() else repr(mark)[1:-1] for mark in str(text))
+
+
+def refuse_windows_path(path):
+    """Refuse to write to a path of another system, which here would be a strange name in this folder.
+
+    Raises
+    ------
+    StudyError
+    """
+    if os.name == "posix" and WINDOWS_PATH.match(os.fsdecode(path)):
+        raise StudyError(f"{readable_path(path)}: this is a path of Windows; here folders are divided by /")
 
 
 def shown(value):

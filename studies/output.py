@@ -10,7 +10,7 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
-from studies.errors import StudyError
+from studies.errors import StudyError, refuse_windows_path
 from studies.files import (
     identify,
     opened,
@@ -63,6 +63,7 @@ def is_done(study, out):
 def _refuse_names(out):
     """Refuse an output beside which not all that a run writes can have a name."""
     refuse_path(out)
+    refuse_windows_path(out)
     target = Path(os.path.realpath(out))
     for path in (temporary_name(target), folder_of(target) / LONGEST_NAME):
         try:

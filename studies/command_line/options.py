@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-WINDOWS_PATH = re.compile(r"[A-Za-z]:[\\/]|.*\\")
+from studies.errors import refuse_windows_path
 
 
 class Command(click.Command):
@@ -145,8 +145,7 @@ class Output(click.Path):
 
     def convert(self, value, param, ctx):
         """A path from a text."""
-        if os.name == "posix" and WINDOWS_PATH.match(os.fsdecode(value)):
-            self.fail(f"{value!r} is a path of Windows; here folders are divided by /", param, ctx)
+        refuse_windows_path(value)
         return super().convert(value, param, ctx)
 
 

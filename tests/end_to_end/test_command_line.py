@@ -10,6 +10,8 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
 
+import studies
+from studies import Study, StudyError
 from studies.command_line import main
 
 
@@ -100,9 +102,9 @@ def invoke(*arguments):
         (("run", "x.toml", "--scheduler", "host"), "'host' is no address; write one such as tcp://host:8786"),
         (("sovle",), "No such command 'sovle'. Did you mean 'solve'?"),
         (("solve", "--stat", "U"), "No such option '--stat'. Did you mean '--state'?"),
-        (("run", "x.toml", "-o", r"C:\x.nc"), "is a path of Windows; here folders are divided by /"),
-        (("merge", "x.nc", "-o", r"out\x.nc"), "is a path of Windows; here folders are divided by /"),
-        (("plot", "x.nc", "-o", "C:/x.png"), "is a path of Windows; here folders are divided by /"),
+        (("run", "x.toml", "-o", r"C:\x.nc"), "this is a path of Windows; here folders are divided by /"),
+        (("merge", "x.nc", "-o", r"out\x.nc"), "this is a path of Windows; here folders are divided by /"),
+        (("plot", "x.nc", "-o", "C:/x.png"), "this is a path of Windows; here folders are divided by /"),
         (
             ("solve", "--state", "U", "--P", 1, "--shortening", 0.1, "--H", 0.1),
             "give either --P or --shortening",
@@ -199,6 +201,13 @@ def test_misspelled_names_of_a_dataset_are_asked_after(dataset_file, tmp_path):
     for show, name in (("prefered", "preferred"), ("Energy", "energy")):
         result = invoke("plot", dataset_file, "--show", show, "-o", tmp_path / "x.png")
         assert (result.exit_code, f"(did you mean '{name}'?)" in result.output) == (2, True)
+
+
+def test_a_path_of_windows_is_refused_in_python_too(toml, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(StudyError, match="this is a path of Windows; here folders are divided by /"):
+        studies.run(Study.from_toml(toml), "C:\\x.nc", workers=0)
+    assert list(tmp_path.iterdir()) == [toml]
 
 
 KINDS = {"a.toml": b"[study]\n", "b.nc": b"\x89HDF\r\n\x1a\n", "c.nc": b"CDF\x01", "d.png": b"\x89PNG"}
