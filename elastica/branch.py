@@ -13,10 +13,12 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
+from elastica.alternating import TAUT
+from elastica.lines import line_range
 from elastica.newton import Bracket, Roots, sign_known
 from elastica.segments import arc, geometry, pendulum, shortening, steepest
 from elastica.states import Segment
-from elastica.sweep import Table, every_root
+from elastica.sweep import Table, every_root, line_force
 
 FIRST_LOAD, LOAD_STEP = 0.4, 0.3
 """√p of the first load at which branches are looked for, and the distance of the next."""
@@ -26,6 +28,10 @@ LONGEST_FREE_PERIOD = 7.6
 MOST_STEPS = 40
 MET = 1e-10
 """Relative error of a shortening that is met as well as the worst conditioned points allow."""
+FEW = 8
+"""Points of a branch at one gap of which it is enough to have so many."""
+FOLD_STEP, MOST_FOLD_STEPS, NEXT_LOAD = 0.02, 120, 0.2
+"""Step of k towards the fold of a steep branch, how many of them, and ln p by which one step may change."""
 FREE_NODES = (0.02, 0.1, *np.arange(0.2, 1.9, 0.1), *np.arange(1.84, 1.985, 0.02))
 
 
@@ -207,9 +213,15 @@ class Loads:
 
     def __init__(self, H, largest):
         root_p = np.arange(FIRST_LOAD, largest + LOAD_STEP, LOAD_STEP)
+        self.first, self.last = root_p[0] ** 2, root_p[-1] ** 2
         p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(H.size), indexing="ij"))
         self.H = H
         self.table = Table(p, H[self.gap])
+        self._folds = {}
+
+    def line_range(self, segments):
+        """The range of line states of some segments at each gap."""
+        return line_range(segments, self.H, self.first, self.last, self._folds)
 
     def trace(self, segments, known=None):
         """The branch of a set of segments at every gap.
@@ -227,11 +239,66 @@ class Loads:
         place, roots = known or every_root(segments, self.table)[:2]
         p, gap = self.table.p[place], self.gap[place]
         found = Points(np.ones(place.size, bool), roots.kappa / np.sqrt(p), p, roots.lam)
-        branch = Branch.of(segments, self.H, gap, found)
+        branch = _joined(Branch.of(segments, self.H, gap, found), self._lines(segments))
         if not branch.k.size:
             return branch
         branch = _joined(branch, self._ends(segments, branch))
+        branch = _joined(branch, self._between(segments, branch))
+        if known:
+            branch = self._to_folds(segments, branch)
         return _joined(branch, self._turns(segments, branch))
+
+    def _lines(self, segments):
+        """Where branches leave κ = 0: at the load from which on the strip is longer than its line shapes."""
+        p = self.line_range(segments).first
+        gap = np.flatnonzero(np.isfinite(p))
+        p, H = p[gap], self.H[gap]
+        lam = np.stack([line_force(segment, p, H) for segment in segments])
+        points = Points(np.isfinite(lam).all(axis=0), np.zeros(gap.size), p, lam)
+        points.found[:] &= below_right_angle(segments, points)
+        return Branch.of(segments, self.H, gap, points)
+
+    def _between(self, segments, branch):
+        """Points in between where the window of loads is so narrow that few were looked at."""
+        pairs = branch.pairs
+        few = np.bincount(branch.gap, minlength=self.H.size) < FEW
+        pairs = pairs[few[branch.gap[pairs]]]
+        near = np.repeat(pairs, FEW)
+        share = np.tile(np.arange(1, FEW + 1) / (FEW + 1), pairs.size)
+        k = branch.k[near] + share * (branch.k[near + 1] - branch.k[near])
+        points = settle(segments, self.H[branch.gap[near]], k, branch.p[near], branch.lam[:, near])
+        points.found[:] &= below_right_angle(segments, points)
+        return Branch.of(segments, self.H, branch.gap[near], points)
+
+    def _to_folds(self, segments, branch):
+        """Steep ends continued to where the load turns round, or to a taut string."""
+        for side, beside in ((-1, "prepend"), (1, "append")):
+            edge = branch.at(np.flatnonzero(np.diff(branch.gap, **{beside: -1})))
+            steep = ~below_right_angle(segments, Points(None, edge.k, edge.p, edge.lam))
+            edge = edge.at(np.flatnonzero(steep & (edge.k > 0)))
+            k, p, lam, step = edge.k.copy(), edge.p.copy(), edge.lam.copy(), np.full(edge.k.size, FOLD_STEP)
+            turned, live = np.zeros(k.size, bool), np.arange(k.size)
+            trail = [branch]
+            for _ in range(MOST_FOLD_STEPS):
+                if not live.size:
+                    break
+                H, ahead = self.H[edge.gap[live]], k[live] + side * step[live]
+                there = settle(segments, H, np.maximum(ahead, 0), p[live], lam[:, live])
+                slope = bordered(segments, there.p, H, there.k, there.lam).load_k
+                bent = there.lam.max(axis=0) > -TAUT * there.p
+                good = there.found & (ahead > 0) & bent & (np.abs(np.log(there.p / p[live])) < NEXT_LOAD)
+                step[live[~good]] /= 4
+                won = live[good]
+                k[won], p[won], lam[:, won] = there.k[good], there.p[good], there.lam[:, good]
+                turned[won] = slope[good] * edge.fold[won] < 0
+                trail.append(Branch.of(segments, self.H, edge.gap[won], there.at(np.flatnonzero(good))))
+                live = live[~turned[live] & (step[live] > FOLD_STEP / 300)]
+            branch = _joined(*trail)
+            branch = _joined(branch, self._turns(segments, branch))
+            outermost = np.flatnonzero(np.diff(branch.gap, **{beside: -1}))
+            outermost = outermost[np.isin(branch.gap[outermost], edge.gap[turned])]
+            branch = branch.at(np.setdiff1d(np.arange(branch.k.size), outermost))
+        return branch
 
     def _ends(self, segments, branch):
         """Go on to κ = 0 and to κ = √(2p), or to 90° if that comes first."""
@@ -281,8 +348,8 @@ def _joined(*parts):
     """Branches merged in order of gap and k, equal points once."""
     joined = Branch(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
     order = np.lexsort((joined.k, joined.gap))
-    again = (np.diff(joined.k[order]) == 0) & (np.diff(joined.gap[order]) == 0)
-    return joined.at(order[np.concatenate([[True], ~again])])
+    again = (np.diff(joined.k[order], prepend=-1) == 0) & (np.diff(joined.gap[order], prepend=-1) == 0)
+    return joined.at(order[~again])
 
 
 def at_shortening(segments, branch, H, target, gap):
@@ -325,11 +392,16 @@ def at_shortening(segments, branch, H, target, gap):
 
 def below_right_angle(segments, points):
     """Whether |θ| < 90° on every segment, shape (n,)."""
+    return steepest_angle(segments, points) < np.pi / 2
+
+
+def steepest_angle(segments, points):
+    """The largest |θ| of all segments, shape (n,)."""
     angles = [
         steepest(segment.kind, pendulum(points.p, points.k * np.sqrt(points.p), lam))
         for segment, lam in zip(segments, points.lam, strict=True)
     ]
-    return np.max(angles, axis=0) < np.pi / 2
+    return np.max(angles, axis=0)
 
 
 @cache

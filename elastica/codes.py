@@ -56,6 +56,7 @@ class Event(Code):
     FLAT_BUCKLES = 4
     FOLD = 5
     RIGHT_ANGLE = 6
+    ENDS_MEET = 7
 
 
 CODES: dict[str, type[Code]] = {"status": Status, "stability": Stability, "event": Event}

@@ -282,7 +282,7 @@ def unresolved_load(state, ends):
     if not state.mode:
         return np.inf
     ((kind, *_),) = state.segments(ends)
-    if _periodic(kind):
+    if periodic(kind):
         return (kind.first * LARGEST_K) ** 2
     _, p, _, _, last = free_branch(kind, float(euler_root(state.mode, ends)))
     return p[last] if last + 1 == p.size else np.inf
@@ -304,12 +304,12 @@ def pendulums_of(segments, p, kappa, lam):
     """
     m1 = None
     free = len(segments) == 1 and segments[0].start == segments[0].end == 0
-    if free and _periodic(segments[0].kind):
+    if free and periodic(segments[0].kind):
         m1 = complementary_parameter(np.maximum(np.sqrt(p) / segments[0].kind.first, np.pi / 2))
     return [pendulum(p, kappa, values, m1) for values in lam]
 
 
-def _periodic(kind):
+def periodic(kind):
     """Whether a free shape of this kind has λ = 0: it exists above its Euler load, K(m) ∝ √p."""
     return not kind.second and not kind.springs
 
@@ -324,7 +324,7 @@ def _free(state, ends, p):
     onset = float(euler_root(state.mode, ends))
     segments = {segments[0]: 1}
     roots = Roots.none(segments, p.size)
-    if _periodic(kind):
+    if periodic(kind):
         buckled = np.flatnonzero(np.sqrt(p) > onset)
         m1 = complementary_parameter(np.sqrt(p[buckled]) / kind.first)
         kappa = 2 * np.sqrt(p[buckled] * (1 - m1))

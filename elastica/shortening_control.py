@@ -13,13 +13,12 @@ from elastica.alternating import alternating
 from elastica.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
 from elastica.equilibrium import alternates, no_equilibria, numbered, spread
 from elastica.euler import euler_root
+from elastica.lines import line_shapes
 from elastica.newton import Bracket, Roots
 from elastica.patterns import Group, groups
-from elastica.segments import arc, length, pendulum, shortening
 from elastica.sweep import line_force
 
 MOST_PERIODS = 3
-EDGE_STEPS = 50
 
 
 class Targets:
@@ -90,27 +89,17 @@ class Targets:
         Also raises `most`, as `_point` does.
         """
         shape = (-1, self.H.size)
-        p, H = (values.reshape(shape) for values in (self.loads.table.p, self.loads.table.H))
-        fits = np.isfinite(_lines(segments, p, H))
-        node, gap = np.nonzero(fits[:-1] != fits[1:])
-        begins = fits[node + 1, gap]
-        inside, outside = p[node + begins, gap], p[node + ~begins, gap]
-        for _ in range(EDGE_STEPS):
-            middle = 0.5 * (inside + outside)
-            good = np.isfinite(_lines(segments, middle, self.H[gap]))
-            inside, outside = np.where(good, middle, inside), np.where(good, outside, middle)
-        # A node on each edge; to the left or right of it in its interval lies nothing.
-        edges = np.full((len(p) - 1, self.H.size), np.nan)
-        edges[node, gap] = inside
-        between = np.where(np.isnan(edges), p[:-1], edges)
-        nodes = np.concatenate([np.stack([p[:-1], between], axis=1).reshape(shape), p[-1:]])
-        shorter = _lines(segments, nodes, np.broadcast_to(self.H, nodes.shape))
+        begin, end, _ = self.loads.line_range(segments)
+        # Nodes outside the range lie at its ends; between them there is nothing.
+        nodes = np.clip(self.loads.table.p.reshape(shape), begin, end)
+        nodes = np.concatenate([begin[None], nodes, end[None]])
+        shorter = line_shapes(segments, nodes, np.broadcast_to(self.H, nodes.shape))[0]
         np.fmax(most, np.fmax.reduce(shorter, axis=0), out=most)
         missing = shorter[:, self.gap] - self.shortening
         node, which = np.nonzero(missing[:-1] * missing[1:] < 0)
         low, high = (nodes[side, self.gap[which]] for side in (node, node + 1))
         H, target = self.H[self.gap[which]], self.shortening[which]
-        p = find_root(lambda p, H, t: _lines(segments, p, H) - t, (low, high), args=(H, target)).x
+        p = find_root(lambda p, H, t: line_shapes(segments, p, H)[0] - t, (low, high), args=(H, target)).x
         lam = np.stack([line_force(segment, p, H) for segment in segments])
         good = np.isfinite(lam).all(axis=0)
         return which[good], p[good], Roots(good, np.zeros_like(p), lam).at(good)
@@ -132,15 +121,3 @@ class Targets:
         good = points.found
         found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
         return found, self.shortening >= shorter[-1]
-
-
-def _lines(segments, p, H):
-    """Total shortening of the segments at κ = 0, NaN where they do not exist or do not fit the strip."""
-    shape = np.shape(p)
-    p, H = np.ravel(p), np.ravel(H)
-    shorter, room = 0.0, 1.0
-    for segment, count in segments.items():
-        piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, H)))
-        shorter = shorter + count * shortening(piece)
-        room = room - count * length(piece)
-    return np.where(room >= 0, shorter, np.nan).reshape(shape)

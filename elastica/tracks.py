@@ -10,9 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.alternating import alternating
-from elastica.branch import Loads, bordered, free_branch, settle
+from elastica.branch import Loads, Points, bordered, free_branch, settle, steepest_angle
 from elastica.codes import Event
-from elastica.equilibrium import alternates, spread
+from elastica.elliptic import integrals
+from elastica.equilibrium import alternates, periodic, spread
 from elastica.euler import euler_root
 from elastica.newton import Roots
 from elastica.patterns import Group, groups, most_periods
@@ -20,6 +21,11 @@ from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import MOST_PERIODS
 from elastica.solution import solution_of
 from elastica.sweep import line_force
+
+NEAR_FOLD = 8
+"""Further samples of line states between the last load looked at and their fold."""
+AT_RIGHT_ANGLE, AT_FOLD = 1e-3, 1e-6
+"""How near to 90°, and to dP/dk = 0, a branch is cut that ends there."""
 
 
 class Track(NamedTuple):
@@ -60,24 +66,41 @@ def tracks(state, ends, H, control, P_max):
 
 
 def _functions(solution, *more):
-    """Functions of the admissible range, one row each: reactions and clearance, then others."""
-    reaction = solution.reaction.T
-    return np.concatenate([reaction, solution.clearance[None], *(values[None] for values in more)])
+    """Functions of a track, one row each: reactions, clearance, 90° less the angle, then others."""
+    overhang = np.pi / 2 - solution.max_slope
+    columns = (solution.clearance, overhang, *more)
+    return np.concatenate([solution.reaction.T, *(values[None] for values in columns)])
 
 
 def _point_track(state, ends, H, control, group, branch):
     def at(samples, t):
         seed = branch.at(samples)
         gaps = H[seed.gap]
-        return _settled(state, ends, control, group, gaps, gaps, t, seed.p, seed.lam)
+        points = settle(group.segments, gaps, t, seed.p, seed.lam)
+        return _described(state, ends, control, group, gaps, gaps, points)
 
     contacts = (Event.REACTION_LOST,) * len(state.word)
     first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
     last = np.flatnonzero(np.diff(branch.gap, append=-1))
+    edges = np.concatenate([first, last])
+    edge = branch.at(edges)
+    slope = steepest_angle(group.segments, Points(None, edge.k, edge.p, edge.lam))
+    # A branch that is steep to its end was followed to the fold, or was left as a taut string.
     reasons = {
-        int(i): Event.POINT_TO_LINE if branch.k[i] == 0 else Event.RIGHT_ANGLE for i in (*first, *last)
+        int(i): reason
+        for i, reason in zip(
+            edges,
+            np.select(
+                [edge.k == 0, np.abs(slope - np.pi / 2) < AT_RIGHT_ANGLE, np.abs(edge.fold) < AT_FOLD],
+                [Event.POINT_TO_LINE, Event.RIGHT_ANGLE, Event.FOLD],
+                -1,
+            ),
+            strict=True,
+        )
+        if reason >= 0
     }
-    return Track(branch.gap, branch.k, at, (*contacts, Event.WALL_TOUCHED, Event.FOLD), reasons)
+    events = (*contacts, Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.FOLD)
+    return Track(branch.gap, branch.k, at, events, reasons)
 
 
 def _free_track(state, ends, H, control):
@@ -89,34 +112,53 @@ def _free_track(state, ends, H, control):
 
     def at(samples, t):
         seed = node[samples]
-        lam = (ratio[seed] * t * p[seed])[None]
         gaps = H[gap[samples]]
-        return _settled(state, ends, control, group, np.zeros_like(gaps), gaps, t, p[seed], lam)
+        if periodic(kind):
+            # Where the ends meet no λ is singled out, but by what the shape is on either side.
+            load = (kind.first * integrals(1 - t**2 / 4, 0 * t, 1 + 0 * t)[0]) ** 2
+            points = Points(np.ones(t.size, bool), t, load, np.zeros((1, t.size)))
+        else:
+            lam = (ratio[seed] * t * p[seed])[None]
+            points = settle(group.segments, np.zeros_like(gaps), t, p[seed], lam)
+        return _described(state, ends, control, group, np.zeros_like(gaps), gaps, points)
 
-    return Track(gap, k[node], at, (Event.WALL_TOUCHED, Event.FOLD), {})
+    events = (Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.FOLD, Event.ENDS_MEET)
+    return Track(gap, k[node], at, events, {})
 
 
-def _settled(state, ends, control, group, rise, H, t, p, lam):
-    """What a track gives at κ/√p = t in the point regime, started from p and λ; `rise` of each segment."""
-    points = settle(group.segments, rise, t, p, lam)
-    linear = bordered(group.segments, points.p, rise, t, points.lam)
-    found = spread(state.segments(ends), group, np.arange(t.size), points.roots, points.p)
+def _described(state, ends, control, group, rise, H, points):
+    """What a track gives at points of the point regime; `rise` of each segment."""
+    linear = bordered(group.segments, points.p, rise, points.k, points.lam)
+    found = spread(state.segments(ends), group, np.arange(H.size), points.roots, points.p)
     solution = solution_of(state, ends, control, None, H, found)
     slope = linear.load_k if control == "P" else linear.shortening_k
-    return solution, _functions(solution, slope), points.found
+    apart = (1 - solution.shortening,) if state.mode else ()
+    return solution, _functions(solution, slope, *apart), points.found
 
 
 def _line_samples(loads, segments):
-    """Loads at which every segment of a line state exists: gap and p of each, in order."""
-    p, H = loads.table.p, loads.table.H
-    there = np.all([np.isfinite(line_force(segment, p, H)) for segment in segments], axis=0)
-    place = np.flatnonzero(there)
-    place = place[np.lexsort((p[place], loads.gap[place]))]
-    return loads.gap[place], p[place]
+    """Loads at which every segment of a line state exists: gap and p of each, in order, up to the fold.
+
+    Next to the fold everything changes with the root of the distance from it.
+    """
+    _, last, folds = loads.line_range(segments)
+    gap, p = loads.gap, loads.table.p
+    below = np.flatnonzero(p < last[gap])
+    gap, p = gap[below], p[below]
+    nearest = np.full(last.size, loads.first)
+    np.maximum.at(nearest, gap, p)
+    toward = nearest + (last - nearest) * (1 - (1 - np.linspace(0, 1, NEAR_FOLD + 1)[1:, None]) ** 2)
+    toward[-1] = last
+    gap = np.concatenate([gap, *[np.arange(last.size)] * NEAR_FOLD])
+    p = np.concatenate([p, toward.ravel()])
+    order = np.lexsort((p, gap))
+    gap, p = gap[order], p[order]
+    ends = np.flatnonzero(np.diff(gap, append=-1))
+    return gap, p, {int(i): Event.FOLD for i in ends[folds[gap[ends]]]}
 
 
 def _line_track(state, ends, H, control, group, samples):
-    gap, p = samples
+    gap, p, folds = samples
 
     def at(samples, t):
         gaps = H[gap[samples]]
@@ -128,5 +170,5 @@ def _line_track(state, ends, H, control, group, samples):
         return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), good
 
     contacts = (Event.REACTION_LOST,) * len(state.word)
-    events = (*contacts, Event.WALL_TOUCHED, Event.POINT_TO_LINE, Event.FLAT_BUCKLES)
-    return Track(gap, p, at, events, {})
+    events = (*contacts, Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.POINT_TO_LINE, Event.FLAT_BUCKLES)
+    return Track(gap, p, at, events, folds)

@@ -7,7 +7,8 @@ the line regime the load). Each event is a root of such a function:
     point to line     κ, or in the line regime the length left over
     fold              dP/dt, at prescribed shortening dΔL/dt
     flat buckles      √p ℓ_f − 2π
-    right angle       90° − |θ|, beyond which branches are not followed
+    right angle       90° − |θ|, beyond which only branches that alternate, lines and free shapes are followed
+    ends meet         1 − ΔL of a free shape
 
 What a state meets is looked up among its neighbours: the words with a contact more, less, or of other kind,
 that have the same energy and shape next to the event.
@@ -163,6 +164,8 @@ def transitions(
     return Transitions(ends, control, **columns)
 
 
+PASSED = (Event.RIGHT_ANGLE, Event.ENDS_MEET)
+"""What a state may pass as it goes on: then it is one row, with the index on either side."""
 KEY = ("H", "P", "event", "index_before", "index_after")
 ROW = ("H", "P", "shortening", "state", "event", "index_before", "index_after", "energy", "curvature")
 
@@ -244,7 +247,10 @@ def _describe(track, samples, t, low, high, event, state, ends, H, control):
     gap = track.gap[samples]
     first, last = (np.searchsorted(track.gap, gap, side=side) for side in ("left", "right"))
     sides = []
-    for beside in (t - aside, t + aside):
+    # Never past the end of the branch, unless it is the event.
+    room = t - track.t[first], track.t[last - 1] - t
+    low, high = (np.where(some > 0, np.minimum(aside, some / 2), aside) for some in room)
+    for beside in (t - low, t + high):
         inside = (beside >= track.t[first]) & (beside <= track.t[last - 1])
         solution, _, solved = track.at(samples, np.where(inside, beside, t))
         exists = inside & solved & found & (solution.status == Status.SOLVED)
@@ -255,9 +261,10 @@ def _describe(track, samples, t, low, high, event, state, ends, H, control):
         place = (H[track.gap[samples[i]]], float(here.P[i]), float(here.shortening[i]), state.name, event)
         shape = float(here.energy[i]), float(here.curvature[i])
         beyond = [int(solution.index[i]) if exists[i] else -1 for solution, exists in sides]
-        if event == Event.FLAT_BUCKLES:
+        if event == Event.FLAT_BUCKLES or (event in PASSED and min(beyond) >= 0):
             if max(beyond) >= 0:
-                rows.append(_row(*place, *beyond, *shape))
+                rises = getattr(sides[1][0], control)[i] >= getattr(sides[0][0], control)[i]
+                rows.append(_row(*place, *(beyond if rises else beyond[::-1]), *shape))
             continue
         for (solution, exists), index in zip(sides, beyond, strict=True):
             if exists[i]:
