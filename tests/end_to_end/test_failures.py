@@ -93,7 +93,7 @@ def test_helpers_that_cannot_start_stop_the_run_with_one_sentence(workers, conta
 
 def test_a_run_is_content_with_few_open_files(tmp_path, dataset_file):
     (tmp_path / "small.toml").write_text(TOML)
-    script = 'ulimit -n 16 && exec "$@"'
+    script = 'ulimit -n 30 && exec "$@"'
     command = ["sh", "-c", script, "sh", *COMMAND, "run", "small.toml", "--workers", "2"]
     assert subprocess.run(command, cwd=tmp_path, timeout=300).returncode == 0
     assert identify(tmp_path / "small.nc")["content_hash"] == identify(dataset_file)["content_hash"]
