@@ -344,9 +344,10 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
     try:
         with ACCESS:
             dataset = xarray.open_dataset(path, engine="netcdf4", chunks=chunks, lock=ACCESS)
-            return _with_plain_text(dataset)
     except (TypeError, ValueError) as problem:
         raise StudyError(f"chunks = {chunks!r} cannot be: {problem}") from None
+    # Not under the lock: threads of dask read the text, and they take it.
+    return _with_plain_text(dataset)
 
 
 def _with_plain_text(dataset):
