@@ -107,6 +107,7 @@ def test_regions_end_at_the_curves(chart):
 
 
 def centres(edges, axis):
+    edges = np.asarray(edges)
     edges = edges[0] if axis == 0 else edges[:, 0]
     return (edges[1:] + edges[:-1]) / 2
 
