@@ -230,3 +230,25 @@ def test_at_narrow_gaps_too_the_buckled_strip_comes_to_the_wall_without_a_jump(H
     path = loading_path(CC, H, P=[0.9, 1.000002, 2.0, 0.9])
     assert words(path) == ["0", "B1", "U", "0"]
     assert not path["jump"].any()
+
+
+def test_random_loops_agree_with_a_minimiser():
+    """Every row has the energy of a chain that is minimised from the row before."""
+    n, compared = 120, 0
+    for seed in (100, 101):
+        rng = np.random.default_rng(seed)
+        ends = [CC, PP, "clamped-pinned", "pinned-clamped", "0.05/0.05"][rng.integers(5)]
+        H = float(np.exp(rng.uniform(np.log(0.01), np.log(0.25))))
+        up = np.linspace(0, rng.uniform(2, min(14, 0.2 / H**2)) * H**2, 9)
+        given = np.concatenate([up, up[-2::-1]])
+        path = loading_path(ends, H, shortening=given)
+        theta = 0.1 * H * np.cos(np.pi * np.arange(n) / n)
+        for step in range(1, given.size - 1):
+            if words(path)[step].endswith("?"):
+                break
+            nudge = 0.02 * H * rng.normal() * np.cos(np.pi * np.arange(n) / n)
+            found = minimise(theta * (1 + 0.01 * rng.normal()) + nudge, None, H, ends, shorter=given[step])
+            theta = found.theta
+            assert found.energy == pytest.approx(float(path["bending_energy"][step]), rel=0.03), (seed, step)
+            compared += 1
+    assert compared > 20
