@@ -11,7 +11,7 @@ from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 
-from studies.catalog import INDEX, SUFFIX, Catalog, Entry, is_name
+from studies.catalog import INDEX, LONGEST_TEXT, SUFFIX, Catalog, Entry, is_name
 from studies.checking import check
 from studies.errors import StudyError
 from studies.files import identify
@@ -110,14 +110,16 @@ def describe(file: Path) -> Entry:
     found = {"sha256": _sha256(file), "bytes": file.stat().st_size}
     # Both must be of the file whose content was proved.
     refuse_changed(dataset.source)
+    if "numerics_id" not in attributes:
+        raise StudyError(f"{file}: the attribute numerics_id is missing; the file is damaged")
     now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Entry(
-        title=str(attributes.get("title", study.name)),
+        title=str(attributes.get("title", study.name))[:LONGEST_TEXT],
         study=study.name,
         study_id=attributes["study_id"],
         numerics_id=attributes["numerics_id"],
         content_hash=attributes["content_hash"],
-        date_created=str(attributes.get("date_created", "unknown")),
+        date_created=str(attributes.get("date_created", "unknown"))[:LONGEST_TEXT],
         date_added=now,
         ends=dataset.source.ends,
         states=tuple(states),

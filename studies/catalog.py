@@ -28,10 +28,10 @@ from studies.errors import MOST_SHOWN, StudyError, shown
 INDEX = "index.json"
 INDEX_VERSION: Final = 1
 SUFFIX = ".nc"
-MOST_DIGITS, LONGEST_NAME = 300, 255
-"""Digits of a number, bytes of the name of a file."""
+MOST_DIGITS, LONGEST_NAME, LONGEST_TEXT = 300, 255, 10_000
+"""Digits of a number, bytes of the name of a file, characters of a text."""
 Count = Annotated[int, Field(ge=0, lt=2**63)]
-Text = Annotated[str, Field(max_length=10_000)]
+Text = Annotated[str, Field(max_length=LONGEST_TEXT)]
 Texts = Annotated[tuple[Text, ...], Field(max_length=100_000)]
 MOST_ENDS, MOST_OF_TITLE = 2, 80
 """In a list: end conditions that are named, characters of a title."""

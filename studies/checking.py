@@ -258,7 +258,9 @@ def _excuses(values, labels, failures, attributes, study):
     refined = study is not None and study.grid.refine
     if points.any() and not refined and attributes.get("points_not_computed") != points.sum():
         problems.append(f"{points.sum():,} points are not computed, and the file does not say so")
-    if absent.any() and "merged_from" not in attributes:
+    unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
+    absent[..., [name.partition(":")[0] in unsearched or name in unsearched for name in names]] = False
+    if absent.any():
         problems.append(f"{absent.sum():,} states are not computed at points that are")
     return problems
 

@@ -84,14 +84,14 @@ def repeat_points(study, labels, values, sample, seed, older, unsearched):
         found, solved, _ = solve_points(ends, H, control, given, study.task)
         again = _labelled(solved, found, names, study, ends)
         old = {name: values[name][here] for name in again}
-        absent = old["status"] == Status.NOT_COMPUTED
-        failed, fails = (word_failed(some["status"], names) & ~absent for some in (old, again))
+        unknown_here = old["status"] == Status.NOT_COMPUTED
+        failed, fails = (word_failed(some["status"], names) & ~unknown_here for some in (old, again))
         unclear = older & (old["status"] == Status.NO_EQUILIBRIUM) & (again["status"] == Status.NOT_FOLLOWED)
         critical = again["stability"] == Stability.CRITICAL
-        missing = absent & (again["status"] != Status.NOT_COMPUTED)
+        missing = unknown_here & (again["status"] != Status.NOT_COMPUTED)
         for reason, where in zip(left, (missing, failed, fails & ~failed, critical, unclear), strict=True):
             left[reason] += int(where.sum())
-        sure = ~(failed | fails | absent | unclear)
+        sure = ~(failed | fails | unknown_here | unclear)
         compared += int((sure & ~critical).sum())
         room = ROOM * np.fmax(again["error"], ROUNDING)
         if study.solve.method == "chain":

@@ -499,6 +499,28 @@ def test_a_name_that_appears_in_the_folder_is_not_overwritten(archived, other_fi
     assert source.exists()
 
 
+def test_a_dataset_with_an_endless_title_gets_a_shorter_one_and_without_numerics_id_none(
+    archived, other_file, tmp_path
+):
+    source = tmp_path / "other.nc"
+    shutil.copy(other_file, source)
+    with Dataset(source, "a") as dataset:
+        dataset.title = "x" * 100_000
+        numerics_id = dataset.numerics_id
+        dataset.delncattr("numerics_id")
+    with Dataset(source, "a") as dataset:
+        dataset.content_hash = content_hash(source)
+    refused = catalog("add", source, folder=archived)
+    assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
+    assert "numerics_id is missing" in refused.output
+    with Dataset(source, "a") as dataset:
+        dataset.numerics_id = numerics_id
+    with Dataset(source, "a") as dataset:
+        dataset.content_hash = content_hash(source)
+    assert catalog("add", source, folder=archived).exit_code == 0
+    assert all(len(line) < 400 for line in catalog("list", folder=archived).stdout.splitlines())
+
+
 BAD_NAMES = [
     "",
     ".",

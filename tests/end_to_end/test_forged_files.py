@@ -61,6 +61,11 @@ def one_state_not_computed(dataset):
     without_verdict_at_one_state(dataset, Status.NOT_COMPUTED)
 
 
+def one_state_not_computed_as_if_merged(dataset):
+    dataset.merged_from = "others"
+    one_state_not_computed(dataset)
+
+
 def not_computed(dataset):
     dataset["status"][:] = Status.NOT_COMPUTED
     without_verdicts(dataset)
@@ -94,6 +99,7 @@ FORGED = {
     failed: "not those of the table of failures",
     one_failed: "not those of the table of failures",
     one_state_not_computed: "1 states are not computed at points that are",
+    one_state_not_computed_as_if_merged: "1 states are not computed at points that are",
     not_computed: "120 points are not computed, and the file does not say so",
     row_not_computed: "12 points are not computed, and the file does not say so",
     not_followed: "status cannot be found again",
