@@ -157,7 +157,5 @@ def _dataset(values, dims, coords, control, title):
     for name, attributes in COORDINATES.items():
         if name in dataset.coords:
             dataset[name].attrs = dict(attributes)
-    for name in TEXT:
-        # Character arrays: what every netCDF reader understands.
-        dataset[name].encoding["dtype"] = "S1"
-    return dataset
+    # Text as every writer of xarray takes it.
+    return dataset.assign({name: dataset[name].astype(object) for name in TEXT})

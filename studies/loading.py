@@ -109,10 +109,8 @@ def loading_path(
     )
     if stopped:
         dataset.attrs["stopped"] = stopped.reason
-    for name in ("state", "other_state"):
-        # Character arrays: what every netCDF reader understands.
-        dataset[name].encoding["dtype"] = "S1"
-    return dataset
+    # Text as every writer of xarray takes it.
+    return dataset.assign({name: dataset[name].astype(object) for name in ("state", "other_state")})
 
 
 def _followed(loading, given):

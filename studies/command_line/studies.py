@@ -168,7 +168,8 @@ def _summarise(ctx, output):
     click.echo(
         f"{output}: {points:,}{of} grid points, "
         f"{counts[Status.SOLVED]:,} states solved ({stable:,} stable), "
-        f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.FAILED]:,} failed"
+        f"{counts[Status.INADMISSIBLE]:,} inadmissible, {counts[Status.NOT_FOLLOWED]:,} not followed, "
+        f"{counts[Status.FAILED]:,} failed"
     )
     if counts[Status.FAILED]:
         note("the points that failed, with reasons, are in the failure table")

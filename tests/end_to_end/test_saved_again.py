@@ -5,6 +5,7 @@ import warnings
 import pytest
 import xarray as xr
 
+import elastica
 import studies
 from studies import Study, StudyError
 from studies.files import content_hash, identify, opened
@@ -42,6 +43,23 @@ def test_zarr_takes_text_without_a_warning(with_tables, tmp_path, no_warning, ch
         dataset.to_zarr(tmp_path / "a.zarr", zarr_format=version, consolidated=False)
         with xr.open_zarr(tmp_path / "a.zarr", consolidated=False) as again:
             xr.testing.assert_equal(again.load(), dataset.load())
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        lambda: studies.loading_path("pinned-pinned", H=0.1, P=[0.2, 0.5]),
+        lambda: studies.to_dataset(elastica.find_states(P=6.0, H=0.1)),
+        lambda: studies.to_dataset(elastica.solve("U", P=[2.0, 3.0], H=0.1)),
+    ],
+)
+def test_answers_are_saved_without_a_warning(answer, tmp_path, no_warning):
+    dataset = answer()
+    dataset.to_zarr(tmp_path / "a.zarr", consolidated=False)
+    dataset.to_netcdf(tmp_path / "a.nc")
+    for again in (xr.open_zarr(tmp_path / "a.zarr", consolidated=False), xr.open_dataset(tmp_path / "a.nc")):
+        with again:
+            xr.testing.assert_equal(again.load(), dataset)
 
 
 @pytest.mark.parametrize("engine", [*ENGINES, "scipy"])
