@@ -78,7 +78,7 @@ def test_the_example_of_the_readme_runs(first_chart):
         [sys.executable, "-c", code], cwd=first_chart.parent, env=os.environ, capture_output=True, text=True
     )
     assert run.returncode == 0, run.stderr
-    assert "\n[0 0 1]\n" in run.stdout, run.stdout
+    assert "\n[ True  True False]\n" in run.stdout, run.stdout
     unit = 4 * np.pi**2 * (200e9 * 0.025 * 0.001**3 / 12) / 0.3**2
     reaction = elastica.solve("U", P=500 / unit, H=(0.031 - 0.001) / 2 / 0.3).reaction
     printed = re.search(r"\[(\S+)\] newtons on the wall", run.stdout)[1]
