@@ -38,12 +38,11 @@ def rounding_bounds(segments, arcs, geometries, p, line):
     slack, pivot, work = 0.0, 0.0, 0.0
     delta_lengths, Ds = [], []
     for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
-        kind, q = piece.kind, piece.q
+        q = piece.q
         G = _terms(piece)
         kappa, lam = q.kappa, np.abs(q.lam)
         delta_length = ROUNDING * (G / q.r + np.abs(lam * g.length_lam))
-        if segment.rise or kind.second or kind.springs:
-            # Otherwise m is known from K(m), not from κ.
+        if not _exact_parameter(segment):
             delta_length = delta_length + ROUNDING * np.abs(kappa * g.length_kappa)
         delta_rise = _of_rise(piece, g, G)
         delta_length = delta_length + np.abs(g.length_lam / g.rise_lam) * delta_rise
@@ -81,13 +80,13 @@ def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
         Bounds for κ/√p, for each length and for ln p, beside those at a given load.
     """
     k = arcs[0].q.kappa / np.sqrt(p)
-    linear = bordered(segments, p, H, k, lam)
+    linear = bordered(segments, p, H, k, lam, arcs)
     geometries = [geometry(piece, load=True) for piece in arcs]
     delta_shorter = 0.0
-    for count, piece, g in zip(segments.values(), arcs, geometries, strict=True):
-        own = (
-            shortening(piece) + np.abs(piece.q.kappa * g.shorter_kappa) + np.abs(piece.q.lam * g.shorter_lam)
-        )
+    for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
+        own = shortening(piece) + np.abs(piece.q.lam * g.shorter_lam)
+        if not _exact_parameter(segment):
+            own = own + np.abs(piece.q.kappa * g.shorter_kappa)
         across = np.abs(g.shorter_lam / g.rise_lam) * _of_rise(piece, g, _terms(piece))
         delta_shorter = delta_shorter + count * SAFETY * (ROUNDING * own + across)
     if line:
@@ -102,6 +101,11 @@ def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
         for g, along_k, along_load in zip(geometries, linear.along_k, linear.along_load, strict=True)
     ]
     return delta_k + 0.5 * k * delta_load, np.max(lengths, axis=0), delta_load
+
+
+def _exact_parameter(segment):
+    """Whether m is known from K(m), not from κ: of free shapes with λ = 0."""
+    return not (segment.rise or segment.kind.second or segment.kind.springs)
 
 
 def _terms(piece):

@@ -63,14 +63,14 @@ class Bordered(NamedTuple):
         return self.shorter_k + self.shorter_load * self.load_k
 
 
-def bordered(segments, p, H, k, lam):
-    """Linearise at k (n,), p (n,) and λ (distinct segments, n)."""
+def bordered(segments, p, H, k, lam, arcs=None):
+    """Linearise at k (n,), p (n,) and λ (distinct segments, n); the arcs there may be known better."""
     root_p = np.sqrt(p)
     totals = np.zeros((6, p.size))
     totals[0] = -1.0
     across, along_k, along_load = np.empty((3, *lam.shape))
     for j, (segment, count) in enumerate(segments.items()):
-        piece = arc(segment.kind, pendulum(p, k * root_p, lam[j]))
+        piece = arcs[j] if arcs else arc(segment.kind, pendulum(p, k * root_p, lam[j]))
         g = geometry(piece, load=True)
         across[j] = (segment.rise * H - g.rise) / g.rise_lam
         along_k[j] = -g.rise_kappa * root_p / g.rise_lam

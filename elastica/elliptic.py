@@ -15,7 +15,7 @@ FEW_STEPS = 5
 FEW_STEPS_SUFFICE_ABOVE = 0.05
 """m₁ = 1 − m above which five transformations leave a relative error below 1e-17."""
 INVERSION_STEPS = 8
-ROUNDING = np.finfo(float).eps
+ROUNDING, TINY = np.finfo(float).eps, np.finfo(float).tiny
 MANY_STEPS = 12
 """Enough for the smallest positive m₁ of double precision."""
 
@@ -31,6 +31,27 @@ def complementary_parameter(K):
         trial, DK, _, _ = integrals(np.exp(x), np.zeros_like(x), np.ones_like(x))
         x = np.minimum(x + 2 * (trial - K) / (trial - DK), -ROUNDING)
     return np.exp(x)
+
+
+def parameter_of_shortening(shortening):
+    """Parameter of the free shape with λ = 0 whose shortening is 2(1 − E/K), between 0 and 2.
+
+    Newton for x = ln(1 − m), in which K/E − 1 is nearly linear: its slope is −½ at both ends, m → 0 and
+    m → 1. So neither loses a digit.
+
+    Returns
+    -------
+    m, m1 : ndarray, shape (...,)
+    """
+    wanted = shortening / (2 - shortening)
+    x = -2 * wanted
+    for _ in range(INVERSION_STEPS):
+        m, m1 = -np.expm1(x), np.exp(x)
+        K, DK, _, _ = integrals(m1, np.zeros_like(x), np.ones_like(x))
+        E = K - m * DK
+        slope = -0.5 * ((K - DK) + m1 * K * DK / E) / E
+        x = np.minimum(x - (m * DK / E - wanted) / slope, -TINY)
+    return -np.expm1(x), np.exp(x)
 
 
 def jacobi(u, K, m):

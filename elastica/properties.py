@@ -11,7 +11,7 @@ from elastica.admissibility import clearance
 from elastica.alternating import TINY_THRUST
 from elastica.branch import bordered
 from elastica.codes import Status
-from elastica.equilibrium import pendulums_of
+from elastica.equilibrium import pendulums_of, periodic
 from elastica.euler import euler_modes_below, euler_root
 from elastica.newton import ROUNDING
 from elastica.scales import FOUR_PI_SQUARED
@@ -19,6 +19,7 @@ from elastica.segments import arc, bending_energy, geometry, shortening, steepes
 from elastica.stability import (
     FOLD_TOLERANCE,
     MARGIN,
+    ends_meet,
     index_of_lines,
     index_of_points,
     response_of_lines,
@@ -150,11 +151,14 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
         if fixed_shortening:
-            linear = bordered(segments, p, H, kappa / np.sqrt(p), distinct)
+            linear = bordered(segments, p, H, kappa / np.sqrt(p), distinct, arcs)
             index = index - (linear.shortening_k * linear.load_k < 0)
             critical = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * (
                 np.abs(linear.shorter_k) + np.abs(linear.shortening_k - linear.shorter_k)
             )
+        if state.mode and periodic(order[0].kind):
+            meet, passed = ends_meet(arcs[0], geometries[0])
+            index, critical = index - (meet & passed), critical | meet
         critical |= kappa <= MARGIN * delta_kappa
         nullity = critical
         stability = verdict(index, critical)

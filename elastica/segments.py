@@ -287,6 +287,8 @@ def geometry(segment, load=False):
             + (cos_alpha * tilt * W + sin_alpha * (W_lam - half_slope * W)) / r
         ),
     )
+    # Where the ends of a free shape meet, it turns with the force at no cost: 0/0 is to be 0.
+    slopes.rise_lam[slopes.rise_lam == 0] = TINY
     if not load:
         return slopes
     advance_kappa = -sin_alpha * jump_kappa / F + cos_alpha * W_kappa / r

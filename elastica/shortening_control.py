@@ -11,7 +11,8 @@ from scipy.optimize.elementwise import find_root
 
 from elastica.alternating import alternating
 from elastica.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
-from elastica.equilibrium import alternates, no_equilibria, numbered, spread
+from elastica.elliptic import integrals, parameter_of_shortening
+from elastica.equilibrium import LARGEST_K, alternates, no_equilibria, numbered, periodic, spread
 from elastica.euler import euler_root
 from elastica.lines import line_shapes
 from elastica.newton import Bracket, Roots
@@ -107,6 +108,8 @@ class Targets:
     def _free(self, state, ends):
         """Free buckling: a branch that does not depend on the gap."""
         plain = state.segments(ends)
+        if periodic(plain[0].kind):
+            return self._periodic(plain)
         k, p, ratio, shorter, _ = free_branch(plain[0].kind, float(euler_root(state.mode, ends)))
         group = Group(Counter(plain), ((0,),))
         which = np.flatnonzero((self.shortening > 0) & (self.shortening < shorter[-1]))
@@ -121,3 +124,15 @@ class Targets:
         good = points.found
         found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
         return found, self.shortening >= shorter[-1]
+
+    def _periodic(self, plain):
+        """Free shapes with λ = 0, of every shortening up to where numbers end: m tells load and curvature."""
+        (segment,) = plain
+        largest = 2 - 2 / LARGEST_K
+        which = np.flatnonzero((self.shortening > 0) & (self.shortening <= largest))
+        m, m1 = parameter_of_shortening(self.shortening[which])
+        K = integrals(m1, np.zeros_like(m1), np.ones_like(m1))[0]
+        p = (segment.kind.first * K) ** 2
+        roots = Roots(np.ones(which.size, bool), 2 * np.sqrt(m * p), np.zeros((1, which.size)))
+        found = spread(plain, Group(Counter(plain), ((0,),)), which, roots, p, number=1)
+        return found, self.shortening > largest

@@ -199,7 +199,9 @@ def solve(
         such as "clamped-pinned", "0.3/2.5" or "clamped/2.5"; springs but 0 from 1e-12 to 1e12.
     shortening : array_like, optional
         Approach of the ends ΔL*/L, 0 or from 1e-11 to 2. `P` is then part of the answer, and stability is
-        that at fixed shortening.
+        that at fixed shortening. Free shapes without a force across (both ends pinned, or clamped and an
+        odd mode) are known up to 1.994; all others are `not_followed` beyond the greatest shortening of
+        their branches, which end at 90 degrees, alternating words and free shapes later.
     method : str
         "exact" (default), or "chain" for rigid links and springs.
     links : int, optional

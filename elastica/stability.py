@@ -23,6 +23,7 @@ For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 
 import numpy as np
 
 from elastica.codes import Stability
+from elastica.newton import ROUNDING
 from elastica.segments import geometry
 
 FOLD_TOLERANCE = 1e-7
@@ -59,6 +60,24 @@ def index_of_points(segments, geometries, steep):
         pivot = pivot + count * D
         scale = scale + count * (np.abs(g.length_kappa) + np.abs(D - g.length_kappa))
     return index - (pivot > 0), np.abs(pivot) <= FOLD_TOLERANCE * scale
+
+
+def ends_meet(piece, slopes):
+    """Whether the ends of a free shape with λ = 0 lie on each other, so that it turns at no cost.
+
+    There 2E = K, and one more direction begins to lose energy.
+
+    Parameters
+    ----------
+    piece : Arc
+    slopes : Geometry
+
+    Returns
+    -------
+    meet, passed : ndarray of bool, shape (n,)
+        Whether they do to rounding, and whether by rounding that direction is counted already.
+    """
+    return np.abs(piece.W) <= 4 * MARGIN * ROUNDING * piece.F, slopes.rise_lam < 0
 
 
 def index_of_lines(segments, flat_length, delta, p):

@@ -1,7 +1,7 @@
 """States followed at several gaps along their branches, on which everything is smooth in one parameter t.
 
-t is κ/√p, in the line regime the load. Where a function of t vanishes something happens to the state: which
-events these are, and what comes after them, is told by `transitions`.
+t is κ/√p, in the line regime the load, for free shapes with λ = 0 −ln(1 − m). Where a function of t vanishes
+something happens to the state: which events these are, and what comes after them, is told by `transitions`.
 """
 
 from collections import Counter
@@ -26,6 +26,10 @@ NEAR_FOLD = 8
 """Further samples of line states between the last load looked at and their fold."""
 AT_RIGHT_ANGLE, AT_FOLD = 1e-3, 1e-6
 """How near to 90°, and to dP/dk = 0, a branch is cut that ends there."""
+JUST_BUCKLED = 1e-5
+"""Gap from which on shapes with λ are known at the wall: before, their load is that of Euler to rounding."""
+LOOP = 4.0
+"""−ln(1 − m) of a free shape just beyond κ/√p = 1.98."""
 
 
 class Track(NamedTuple):
@@ -46,7 +50,7 @@ class Track(NamedTuple):
 def tracks(state, ends, H, control, P_max):
     """Each pattern of periods of a state, followed."""
     if state.mode:
-        yield _free_track(state, ends, H, control)
+        yield _free_track(state, ends, H, control, P_max)
         return
     loads = Loads(H, np.sqrt(FOUR_PI_SQUARED * P_max))
     for periods in range(min(MOST_PERIODS, most_periods(state, ends, loads.table.p)) + 1):
@@ -103,27 +107,35 @@ def _point_track(state, ends, H, control, group, branch):
     return Track(branch.gap, branch.k, at, events, reasons)
 
 
-def _free_track(state, ends, H, control):
+def _free_track(state, ends, H, control, P_max):
+    """A free shape. Where λ = 0, t is −ln(1 − m), which goes on where κ/√p = 2√m does not any more."""
     ((kind, *_),) = plain = state.segments(ends)
     onset = float(euler_root(state.mode, ends))
     k, p, ratio, _, _ = free_branch(kind, onset)
-    gap, node = (grid.ravel() for grid in np.meshgrid(np.arange(H.size), np.arange(1, k.size), indexing="ij"))
+    # A strip with κ/√p < H touches no wall.
+    nodes = np.broadcast_to(k, (H.size, k.size)).copy()
+    nodes[:, 0] = np.minimum(np.maximum(H, 0 if periodic(kind) else JUST_BUCKLED), k[1]) / 2
+    if periodic(kind):
+        longest = max(2 * np.sqrt(FOUR_PI_SQUARED * P_max) / kind.first, LOOP)
+        loops = np.broadcast_to(np.arange(LOOP, longest + 1), (H.size, int(longest + 1 - LOOP) + 1))
+        nodes = np.concatenate([-np.log1p(-(nodes**2) / 4), loops], axis=1)
+    gap, node = (grid.ravel() for grid in np.indices(nodes.shape))
     group = Group(Counter(plain), ((0,),))
 
     def at(samples, t):
-        seed = node[samples]
         gaps = H[gap[samples]]
         if periodic(kind):
-            # Where the ends meet no λ is singled out, but by what the shape is on either side.
-            load = (kind.first * integrals(1 - t**2 / 4, 0 * t, 1 + 0 * t)[0]) ** 2
-            points = Points(np.ones(t.size, bool), t, load, np.zeros((1, t.size)))
+            m1 = np.exp(-t)
+            load = (kind.first * integrals(m1, 0 * t, 1 + 0 * t)[0]) ** 2
+            points = Points(np.ones(t.size, bool), 2 * np.sqrt(-np.expm1(-t)), load, np.zeros((1, t.size)))
         else:
+            seed = np.maximum(node[samples], 1)
             lam = (ratio[seed] * t * p[seed])[None]
             points = settle(group.segments, np.zeros_like(gaps), t, p[seed], lam)
         return _described(state, ends, control, group, np.zeros_like(gaps), gaps, points)
 
     events = (Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.FOLD, Event.ENDS_MEET)
-    return Track(gap, k[node], at, events, {})
+    return Track(gap, nodes.ravel(), at, events, {})
 
 
 def _described(state, ends, control, group, rise, H, points):

@@ -1,7 +1,7 @@
 """Where states begin, end, change their stability and meet: events along load or shortening at given gaps.
 
-A state is followed along its branch, on which everything is a smooth function of one parameter t (κ/√p, in
-the line regime the load). Each event is a root of such a function:
+A state is followed along its branch, on which everything is a smooth function of one parameter t (`tracks`).
+Each event is a root of such a function:
 
     wall touched      H − |y| of a bump                   reaction lost     μ of a contact
     point to line     κ, or in the line regime the length left over
@@ -31,7 +31,7 @@ from elastica.inputs import read_number, read_numbers
 from elastica.rows import Rows
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
-from elastica.solution import SMALLEST_GAP, solve
+from elastica.solution import SMALLEST_GAP
 from elastica.spelling import did_you_mean
 from elastica.states import is_canonical, parse_state
 from elastica.tracks import tracks
@@ -186,14 +186,9 @@ def _straight(ends, H, P_max):
 
 
 def _buckles(state, ends, H):
-    """A free mode begins at its Euler load."""
+    """A free mode begins at its Euler load, above it: with the index of the straight strip below."""
     load = float(euler_root(state.mode, ends)) ** 2 / FOUR_PI_SQUARED
-    above = solve(state.name, P=load * (1 + NEXT_TO), H=H, ends=ends)
-    return [
-        _row(gap, load, 0.0, state.name, Event.BUCKLES, -1, int(index), 0.0, 0.0)
-        for gap, index in zip(H, above.index, strict=True)
-        if index >= 0
-    ]
+    return [_row(gap, load, 0.0, state.name, Event.BUCKLES, -1, state.mode - 1, 0.0, 0.0) for gap in H]
 
 
 def _bent(state, ends, H, control, P_max):

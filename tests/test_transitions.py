@@ -108,7 +108,7 @@ def test_each_event_is_seen_by_solving_on_both_sides(state):
 def test_mistakes_say_what_is_allowed():
     with pytest.raises(ValueError, match='use "P" or "shortening"'):
         elastica.transitions("U", 0.1, control="force")
-    with pytest.raises(ValueError, match="between 0 and"):
+    with pytest.raises(ValueError, match="half gaps from"):
         elastica.transitions("U", [0.1, -1.0])
     with pytest.raises(ValueError, match="state = "):
         elastica.transitions("X", 0.1)
