@@ -20,7 +20,7 @@ from elastica.states import parse_state, states
 from elastica.sweep import Table
 
 POTENTIAL = {"P": "energy", "shortening": "bending_energy"}
-"""What is least in the preferred state, for either control."""
+"""What a stable state makes least at either control: with fixed ends the load does no work."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -59,8 +59,8 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'studies' has no attribute {name!r}")
     if name != "StudyError":
-        errors = import_module("studies.errors")
-        errors.refuse_windows()
-        errors.refuse_pyelastica()
+        system = import_module("studies.system")
+        system.refuse_windows()
+        system.refuse_pyelastica()
     home = import_module(f"studies.{_HOME[name]}")
     return home if name == _HOME[name] else getattr(home, name)

@@ -23,7 +23,8 @@ from pydantic import (
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state
-from studies.errors import MOST_SHOWN, StudyError, shown
+from studies.errors import StudyError
+from studies.messages import named, shown
 
 INDEX = "index.json"
 INDEX_VERSION: Final = 1
@@ -311,7 +312,7 @@ def _entry(name, content, is_twice):
         If it cannot be used.
     """
     remedy = "; restore it, or take it out and add its dataset again"
-    where = f"entries.{_key(name)}"
+    where = f"entries.{named(name)}"
     if not is_name(name):
         raise StudyError(f"{where}: {shown(name)} is no name of a file in the folder of the index{remedy}")
     if is_twice or (isinstance(content, _Table) and content.anywhere_twice()):
@@ -320,13 +321,8 @@ def _entry(name, content, is_twice):
         return Entry.model_validate(content)
     except ValidationError as problem:
         error = problem.errors(include_url=False, include_input=False)[0]
-        keys = ".".join([where, *map(_key, error["loc"])])
+        keys = ".".join([where, *map(named, error["loc"])])
         raise StudyError(f"{keys}: {error['msg']}{remedy}") from None
-
-
-def _key(key):
-    """A key of the index, in a sentence."""
-    return str(key) if len(str(key)) <= MOST_SHOWN else shown(key)
 
 
 def _damaged(path, reason):

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from elastica.catalogue import POTENTIAL
 from elastica.codes import Stability, Status
 from elastica.states import is_canonical
 from studies.errors import StudyError
@@ -24,7 +25,8 @@ from studies.files import (
     read_labels,
     refuse_more_than_memory,
 )
-from studies.reduction import potential, summarise
+from studies.messages import cut
+from studies.reduction import summarise
 from studies.refinement import UNKNOWN, StableStates, first_points, next_points
 from studies.repeat import Repeated, repeat_events, repeat_points
 from studies.schema import (
@@ -170,7 +172,7 @@ def _agreement(study, labels, attributes):
 
 def _counts(values, control):
     """Summaries over the states that do not follow from the states."""
-    stable, preferred = summarise(values["status"], values["stability"], values[potential(control)])
+    stable, preferred = summarise(values["status"], values["stability"], values[POTENTIAL[control]])
     problems = []
     if not np.array_equal(stable, values["stable_count"]):
         problems.append("stable_count is not the number of stable states")
@@ -294,14 +296,14 @@ def _describe(path, attributes, labels, values, events):
     status = values["status"]
     lines = [
         f"{path}",
-        f"  title       {_cut(attributes.get('title', ''))}",
+        f"  title       {cut(attributes.get('title', ''), LINE // 2)}",
         "  study       {:.8}   numerics {:.8}   content {:.8}".format(
             *(str(attributes.get(name, "?")) for name in ("study_id", "numerics_id", "content_hash"))
         ),
         "  computed    {} by {}".format(
-            *(_cut(attributes.get(key, "unknown")) for key in ("date_created", "source"))
+            *(cut(attributes.get(key, "unknown"), LINE // 2) for key in ("date_created", "source"))
         ),
-        f"  ends        {_cut(', '.join(labels['ends']), LINE)}",
+        f"  ends        {cut(', '.join(labels['ends']), LINE)}",
     ]
     for axis in ("H", control_of(labels)):
         label = labels[axis]
@@ -325,12 +327,6 @@ def _describe(path, attributes, labels, values, events):
     if events:
         lines.append(f"  {len(events):,} transitions")
     return lines
-
-
-def _cut(text, most=LINE // 2):
-    """A text that stands on a line of the report."""
-    text = str(text)
-    return text if len(text) <= most else f"{text[:most]}…"
 
 
 def _told(points, transitions, attributes):

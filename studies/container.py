@@ -10,7 +10,7 @@ from math import prod
 import h5py
 from h5py import h5a, h5d, h5g, h5l, h5o, h5s, h5t, h5z
 
-from studies.errors import shown
+from studies.messages import shown
 
 MOST_VARIABLES, MOST_ATTRIBUTES, MOST_TEXTS = 200, 200, 100
 """In the file, of a variable, in an attribute."""

@@ -18,8 +18,9 @@ import numpy as np
 import psutil
 
 from studies.access import ACCESS
-from studies.errors import StudyError, readable_path
+from studies.errors import StudyError
 from studies.kinds import MOST_NEEDED, refuse_other
+from studies.messages import readable_path
 from studies.sandbox import Lost, call
 from studies.schema import COORDINATES, FORMAT_VERSION, STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.structure import MEANING, fault

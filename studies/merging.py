@@ -11,12 +11,12 @@ from elastica.codes import Status
 from elastica.states import is_canonical
 from studies.errors import StudyError
 from studies.known import gaps, known_from, read_finished, refuse_unlike, state_labels
+from studies.messages import readable_time
 from studies.output import refuse_unwritable
-from studies.plan import Plan, readable_time
+from studies.plan import Plan
 from studies.progress import note
 from studies.provenance import describe
-from studies.reduction import positions, reduce, survey
-from studies.reduction import state_labels as joined_labels
+from studies.reduction import joined_labels, positions, reduce, survey
 from studies.runner import compute
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED, per_state
 from studies.sources import reading

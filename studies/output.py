@@ -10,7 +10,7 @@ import shutil
 from datetime import UTC, datetime
 from pathlib import Path
 
-from studies.errors import StudyError, refuse_windows_path
+from studies.errors import StudyError
 from studies.files import (
     identify,
     opened,
@@ -22,6 +22,7 @@ from studies.provenance import texts
 from studies.schema import STATES_NOT_COMPUTED
 from studies.shards import LONGEST_NAME, folder_of
 from studies.study import Study
+from studies.system import refuse_windows_path
 from studies.whole_files import temporary_beside, temporary_name, written_whole
 
 

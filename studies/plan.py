@@ -17,6 +17,7 @@ from elastica.states import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.evaluate import Block, Scattered, Task
 from studies.events import Gaps
+from studies.messages import readable_bytes, readable_time
 from studies.refinement import StableStates, first_places, next_points
 from studies.schema import coordinates, variables
 from studies.study import Study
@@ -386,21 +387,3 @@ def _bytes(study, task, points):
         * prod(states if dim == "state" else labels[dim].size for dim in variable.dims[3:])
         for variable in variables(labels, outputs).values()
     )
-
-
-def readable_bytes(count):
-    """A size with its unit, such as 3.2 MB."""
-    for unit in ("bytes", "kB", "MB", "GB"):
-        if count < 1000:
-            return f"{count:.3g} {unit}"
-        count /= 1000
-    return f"{count:.3g} TB"
-
-
-def readable_time(seconds):
-    """A duration such as 3 s, 12 min or 2.5 h."""
-    if seconds < 1:
-        return "less than a second"
-    if seconds < 100:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"

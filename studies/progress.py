@@ -7,8 +7,7 @@ import sys
 import time
 from contextlib import contextmanager
 
-from studies.errors import printable
-from studies.plan import readable_time
+from studies.messages import printable, readable_time
 
 QUIET_SECONDS = 30.0
 

@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from studies.errors import readable_path
+from studies.messages import readable_path
 from studies.schema import FORMAT_VERSION
 from studies.study import NUMERICS_VERSION
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.catalogue import POTENTIAL
 from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import absent, unknown, word_failed
@@ -92,7 +93,7 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
         Shards of its transition table.
     """
     grid = study.grid
-    names = state_labels(study, surveyed)
+    names = joined_labels(study, surveyed)
     labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
     with _new_dataset(out) as temporary:
         with opened(temporary, "w") as dataset:
@@ -127,7 +128,7 @@ def _new_dataset(out):
         ) from None
 
 
-def state_labels(study, surveyed):
+def joined_labels(study, surveyed):
     """States of the dataset that is joined from these sources, in order."""
     asked = set(study.task.names)
     return study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
@@ -186,9 +187,9 @@ def _reduce_band(study, sources, dataset, labels, number, band):
             for name, array in values.items():
                 _write(dataset.variables[name], number, rows, array)
         verdict |= {
-            name: values[name] for name in ("status", "stability", potential(control)) if name in values
+            name: values[name] for name in ("status", "stability", POTENTIAL[control]) if name in values
         }
-    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[potential(control)])
+    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[POTENTIAL[control]])
     dataset.variables["stable_count"][number, band] = stable
     dataset.variables["preferred_state"][number, band] = preferred
     return verdict["status"]
@@ -226,11 +227,6 @@ def _write(target, number, rows, values):
         plane = values[:, :, state]
         if plane.dtype != "f8" or not np.isnan(plane).all():
             target[number, rows, :, state] = plane
-
-
-def potential(control):
-    """The energy that a stable state makes least: with fixed ends the load does no work."""
-    return "energy" if control == "P" else "bending_energy"
 
 
 def summarise(status, stability, energy):

@@ -19,11 +19,12 @@ from studies.errors import FailedPoints, StudyError
 from studies.files import open
 from studies.known import gaps, lend
 from studies.lock import sole_writer
+from studies.messages import readable_bytes, readable_time
 from studies.output import is_done, is_settled, refuse_unwritable, settle
-from studies.plan import Plan, readable_bytes, readable_time
+from studies.plan import Plan
 from studies.progress import note, progress
 from studies.provenance import describe
-from studies.reduction import reduce, state_labels, survey
+from studies.reduction import joined_labels, reduce, survey
 from studies.refinement import StableStates
 from studies.shards import (
     PROBE,
@@ -227,7 +228,7 @@ def _finish(plan, shards, folder, out, fill):
             sources += rest
             surveyed |= survey(rest, study.grid)
         about = plan.known.about if plan.known else {}
-        events = _find_events(plan, state_labels(study, surveyed), fill)
+        events = _find_events(plan, joined_labels(study, surveyed), fill)
         reduce(study, sources, surveyed, out, describe(study) | about, events)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)

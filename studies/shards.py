@@ -21,10 +21,10 @@ from pathlib import Path
 import netCDF4
 import numpy as np
 
+from studies.access import ACCESS
 from studies.errors import StudyError
 from studies.events import write_events
 from studies.files import (
-    ACCESS,
     READING_FAILS,
     define,
     opened,

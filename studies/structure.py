@@ -10,7 +10,7 @@ import numpy as np
 
 from elastica.ends import parse_ends
 from elastica.states import parse_state
-from studies.errors import MOST_SHOWN, shown
+from studies.messages import named, shown
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS, VARIABLES, control_of, every_variable
 
 MEANING = ("units", "flag_values", "flag_meanings")
@@ -55,7 +55,7 @@ def fault(dataset):
         return "the attribute coordinates makes coordinates of variables"
     for name, variable in dataset.variables.items():
         if problem := _fault_of_attributes(variable):
-            return f"{name if len(name) <= MOST_SHOWN else shown(name)} {problem}"
+            return f"{named(name)} {problem}"
     control = control_of(dataset.dimensions)
     axes = ("ends", "H", control, "state")
     for axis in axes:
@@ -98,8 +98,7 @@ def _fault_of_attributes(variable):
         else:
             good = key in FOR_READERS and isinstance(value, str) and len(value) <= MOST_WORDS
         if not good:
-            named = key if len(key) <= MOST_SHOWN else shown(key)
-            return f"has the attribute {named} = {shown(value)}, with which its values would be misread"
+            return f"has the attribute {named(key)} = {shown(value)}, with which its values would be misread"
     if is_text and "_Encoding" not in attributes:
         return "has no attribute _Encoding"
     return None

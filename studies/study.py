@@ -16,9 +16,10 @@ from elastica.chain.profile import parse_profile
 from elastica.spelling import did_you_mean
 from elastica.states import parse_state, states
 from elastica.transitions import LARGEST_P
-from studies.errors import MOST_SHOWN, StudyError, shown
+from studies.errors import StudyError
 from studies.evaluate import Task
 from studies.kinds import refuse_other
+from studies.messages import named, shown
 from studies.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
 from studies.toml import LARGEST_FILE, read_toml
 
@@ -238,7 +239,7 @@ def _explain(problem):
     errors = problem.errors()
     error = next((each for each in errors if each["type"] == "extra_forbidden"), errors[0])
     where = tuple(str(part) for part in error["loc"])
-    key = ".".join(part if part.isprintable() and len(part) <= MOST_SHOWN else shown(part) for part in where)
+    key = ".".join(map(named, where))
     kind, value = error["type"], error["input"]
     if kind == "extra_forbidden":
         allowed = ALLOWED_KEYS.get(where[:-1], Range).model_fields

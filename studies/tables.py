@@ -26,7 +26,7 @@ from elastica.chain.solution import CLAMPS, LINKS, check_chain
 from elastica.ends import parse_ends
 from elastica.solution import LARGEST_LOAD, SMALLEST_GAP, SMALLEST_SHORTENING
 from elastica.states import parse_state, states
-from studies.errors import shown
+from studies.messages import shown
 
 LABEL_DIGITS = 12
 MOST_LABELS = 1_000_000

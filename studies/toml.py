@@ -7,7 +7,8 @@ import codecs
 import re
 import tomllib
 
-from studies.errors import MOST_SHOWN, StudyError, shown
+from studies.errors import StudyError
+from studies.messages import MOST_SHOWN, shown
 
 LARGEST_FILE = 50_000_000
 """Bytes: two axes of a million labels each, with room."""

@@ -5,7 +5,9 @@ import sys
 import click
 
 from studies.command_line.options import Command
-from studies.errors import FailedPoints, StudyError, printable, refuse_pyelastica, refuse_windows
+from studies.errors import FailedPoints, StudyError
+from studies.messages import printable
+from studies.system import refuse_pyelastica, refuse_windows
 
 BAD_INPUT = 2
 FAILED_POINTS = 3

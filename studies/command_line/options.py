@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from studies.errors import refuse_windows_path
+from studies.system import refuse_windows_path
 
 
 class Command(click.Command):

@@ -18,6 +18,7 @@ from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
 
+from elastica.catalogue import POTENTIAL
 from elastica.codes import Stability, Status
 from elastica.solution import solve
 from elastica.stable import stable_energy
@@ -46,7 +47,6 @@ from studies.plot.style import (
     require,
     shortest_first,
 )
-from studies.reduction import potential
 from studies.schema import VARIABLES, control_of
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
     require(dataset, "status", "stability")
     dataset, units = restored(dataset)
     if show == "preferred":
-        require(dataset, potential(control_of(dataset.sizes)))
+        require(dataset, POTENTIAL[control_of(dataset.sizes)])
     number = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.catalogue import POTENTIAL
 from elastica.codes import Stability, Status
 from elastica.solution import LARGEST_LOAD
 from elastica.spelling import did_you_mean
@@ -15,7 +16,6 @@ from elastica.states import MOST_ENUMERATED, is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE
 from studies.plot.style import listed, shortest_first
-from studies.reduction import potential
 from studies.schema import VARIABLES, control_of
 from studies.units import dimensionless
 
@@ -232,9 +232,9 @@ def preferred(grid, sets):
     least, bits = np.full(sets.bits.shape, np.inf), np.zeros_like(sets.bits)
     for k, name in enumerate(sets.names):
         stable = sets.bits >> k & 1 == 1
-        energy = grid.read(potential(grid.control), grid.states.index(name))
+        energy = grid.read(POTENTIAL[grid.control], grid.states.index(name))
         if np.isnan(energy[stable]).any():
-            raise StudyError(f"the dataset lacks the {potential(grid.control)} of {name} where it is stable")
+            raise StudyError(f"the dataset lacks the {POTENTIAL[grid.control]} of {name} where it is stable")
         lower = stable & (energy < least)
         least[lower], bits[lower] = energy[lower], 1 << k
     return sets._replace(bits=bits)

@@ -12,7 +12,8 @@ from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.spelling import did_you_mean
 from elastica.strip import GIVEN
-from studies.errors import StudyError, printable
+from studies.errors import StudyError
+from studies.messages import cut, printable
 from studies.schema import VARIABLES
 from studies.units import STRIP, strip_of
 
@@ -151,8 +152,7 @@ def caption(figure, dataset, *parameters):
 
 def _plain(text):
     """A text of a file, as it stands in a figure: in one line, and not longer than that."""
-    text = printable(text)
-    return text if len(text) <= MOST_OF_TEXT else f"{text[:MOST_OF_TEXT]}…"
+    return cut(printable(text), MOST_OF_TEXT)
 
 
 def _strip(dataset):
