@@ -206,7 +206,7 @@ class Elastica:
         rows = {name: values.transpose(*status.dims).values.ravel()[at] for name, values in columns.items()}
         for name in rows.keys() & VARIABLES.keys():
             if (flags := VARIABLES[name].flags) is not None:
-                rows[name] = np.array([flags(int(code)).name.lower() for code in rows[name]], object)
+                rows[name] = flags.names(rows[name]).astype(object)
         return DataFrame(rows)
 
     def physical(self, strip: Strip) -> Dataset:

@@ -18,7 +18,6 @@ from studies.events import read_events
 from studies.files import (
     content_hash,
     damage_told,
-    failure_indices,
     identify,
     opened,
     read_apart,
@@ -35,6 +34,7 @@ from studies.schema import (
     TRANSITIONS,
     control_of,
     coordinates,
+    failure_indices,
     variables,
 )
 from studies.sources import Source

@@ -12,7 +12,8 @@ import numpy as np
 from elastica.states import is_canonical
 from elastica.transitions import transitions
 from studies.evaluate import Block, Piece, here, survive
-from studies.files import COMPRESSION, opened, read_labels, write_labels
+from studies.files import opened, read_labels
+from studies.layout import COMPRESSION, write_labels
 from studies.schema import TRANSITIONS, TRANSITIONS_FAILED
 
 

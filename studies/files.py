@@ -1,7 +1,7 @@
-"""netCDF files: their definition and hash, and how they are opened.
+"""netCDF files: how they are opened, identified and hashed.
 
 netCDF-C and HDF5 are not thread-safe even on different files, so all access of a process goes through one
-lock. Left out: what the variables mean (`schema`), how a file gets its name
+lock. Left out: what the variables mean (`schema`), how they are laid out (`layout`), how a file gets its name
 (`whole_files`).
 """
 
@@ -20,15 +20,15 @@ import psutil
 from studies.access import ACCESS
 from studies.errors import StudyError
 from studies.kinds import MOST_NEEDED, refuse_other
+from studies.layout import CHUNK_BYTES
 from studies.messages import readable_path
 from studies.sandbox import Lost, call
-from studies.schema import COORDINATES, FORMAT_VERSION, STATES_NOT_COMPUTED, TRANSITIONS_FAILED
+from studies.schema import FORMAT_VERSION, STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.structure import MEANING, fault
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-CHUNK_BYTES = 4_000_000
 READING_SECONDS, READING_SPEED = 30.0, 10e6
 """A file that takes longer to read, given its bytes, makes the library loop."""
 READING_MEMORY = 1 << 30
@@ -37,7 +37,6 @@ READING_FAILS = (OSError, RuntimeError, ValueError, KeyError, AttributeError, In
 """What netCDF4 and xarray raise on damaged files."""
 # Chunks are written and read whole: the 64 MB that netCDF keeps of each variable would only fill memory.
 netCDF4.set_chunk_cache(CHUNK_BYTES)
-COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
 
 
 def refuse_path(path):
@@ -113,85 +112,6 @@ def damage_told(path):
         raise
     except (*READING_FAILS, Lost) as problem:
         raise StudyError(f"{path}: the file is damaged ({problem})") from None
-
-
-def define(dataset, labels, variables, attributes, compressed=True):
-    """Create dimensions, coordinates and variables in an empty dataset.
-
-    Parameters
-    ----------
-    dataset : netCDF4.Dataset
-    labels : dict of str to ndarray
-        From `schema.coordinates`.
-    variables : dict of str to Variable
-        All of them must be written: what is not has no defined value.
-    attributes : dict
-        Global attributes, text or numbers.
-    compressed : bool
-        Whether in chunks that are compressed and have checksums.
-    """
-    filters = COMPRESSION if compressed else {}
-    for dim, values in labels.items():
-        dataset.createDimension(dim, values.size)
-        write_labels(dataset, dim, values, COORDINATES[dim], filters)
-    for name, variable in variables.items():
-        sizes = [labels[dim].size for dim in variable.dims]
-        created = dataset.createVariable(
-            name,
-            variable.dtype,
-            variable.dims,
-            chunksizes=chunks(variable, sizes) if compressed else None,
-            fill_value=np.nan if variable.dtype == "f8" else False,
-            **filters,
-        )
-        created.setncatts(variable.attributes)
-    dataset.setncatts({"Conventions": "CF-1.11, ACDD-1.3", **attributes})
-
-
-def write_labels(dataset, dim, values, attributes, filters=COMPRESSION):
-    """A coordinate; text as a character array, which every netCDF reader understands."""
-    if values.dtype.kind != "U":
-        variable = dataset.createVariable(dim, values.dtype, (dim,), fill_value=False, **filters)
-        variable.setncatts(attributes)
-        variable[:] = values
-        return
-    width = max(1, *(len(text.encode()) for text in values))
-    if f"string{width}" not in dataset.dimensions:
-        dataset.createDimension(f"string{width}", width)
-    # A column of a table runs along the rows of the table.
-    owner = dim.partition("_")[0]
-    variable = dataset.createVariable(dim, "S1", (owner, f"string{width}"), fill_value=False, **filters)
-    variable.setncatts({**attributes, "_Encoding": "utf-8"})
-    encoded = np.array([text.encode() for text in values], f"S{width}")
-    variable[:] = encoded.view("S1").reshape(values.size, width)
-
-
-def chunks(variable, sizes):
-    """Chunk sizes: whole planes of one state up to 4 MB; of shapes, whole strips along the control."""
-    item = np.dtype(variable.dtype).itemsize
-    extra = sizes[4:]
-    room = max(1, CHUNK_BYTES // (item * int(np.prod(extra, initial=1))))
-    columns = min(sizes[2], room)
-    rows = 1 if "s" in variable.dims else max(1, min(sizes[1], room // columns))
-    return [1, rows, columns, 1, *extra][: len(sizes)]
-
-
-def failure_indices(control):
-    """Columns of the failure table that say where a point is."""
-    return tuple(f"failure_{axis}" for axis in ("ends", "H", control, "state"))
-
-
-def write_failures(dataset, control, failures):
-    """The table of points that could not be solved; nothing where there are none."""
-    if not failures:
-        return
-    dataset.createDimension("failure", len(failures))
-    for column, name in enumerate(failure_indices(control)):
-        variable = dataset.createVariable(name, "i4", ("failure",), fill_value=False, **COMPRESSION)
-        variable.long_name = f"position along {name.partition('_')[2]} of a point that failed"
-        variable[:] = np.array([failure[column] for failure in failures], "i4")
-    reasons = np.array([failure[4] for failure in failures])
-    write_labels(dataset, "failure_reason", reasons, {"long_name": "why the point failed"})
 
 
 def mark_of(path):

@@ -14,16 +14,9 @@ from elastica.codes import Stability, Status
 from studies.errors import StudyError
 from studies.evaluate import absent, unknown, word_failed
 from studies.events import join_events, write_events
-from studies.files import (
-    chunks,
-    content_hash,
-    define,
-    failure_indices,
-    opened,
-    read_labels,
-    write_failures,
-)
-from studies.schema import VARIABLES, control_of, coordinates, per_state, variables
+from studies.files import content_hash, opened, read_labels
+from studies.layout import chunks, define, write_failures
+from studies.schema import VARIABLES, control_of, coordinates, failure_indices, per_state, variables
 from studies.sources import reading
 from studies.whole_files import written_whole
 

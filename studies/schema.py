@@ -34,12 +34,11 @@ that is said here, and xarray, MATLAB, Julia or R read it.
 Left out: how they are computed (`evaluate`) and written (`files`).
 """
 
-from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.codes import Event, Stability, Status
+from elastica.codes import Code, Event, Stability, Status
 
 FORMAT_VERSION = 2
 """Raised whenever an older version would misread a file; files of older formats still open."""
@@ -59,7 +58,7 @@ class Variable(NamedTuple):
     long_name: str
     missing: float = np.nan
     comment: str = ""
-    flags: type[IntEnum] | None = None
+    flags: type[Code] | None = None
     units: str = "1"
 
     @property
@@ -71,7 +70,7 @@ class Variable(NamedTuple):
         if self.flags is not None:
             codes = list(self.flags)
             attributes["flag_values"] = np.array([code.value for code in codes], self.dtype)
-            attributes["flag_meanings"] = " ".join(code.name.lower() for code in codes)
+            attributes["flag_meanings"] = " ".join(map(str, codes))
         elif self.units:
             attributes["units"] = self.units
         return attributes
@@ -285,3 +284,8 @@ def per_state(labels, outputs):
     return {
         name: variable for name, variable in variables(labels, outputs).items() if "state" in variable.dims
     }
+
+
+def failure_indices(control):
+    """Columns of the failure table that say where a point is."""
+    return tuple(f"failure_{axis}" for axis in ("ends", "H", control, "state"))

@@ -24,13 +24,8 @@ import numpy as np
 from studies.access import ACCESS
 from studies.errors import StudyError
 from studies.events import write_events
-from studies.files import (
-    READING_FAILS,
-    define,
-    opened,
-    read_apart,
-    write_failures,
-)
+from studies.files import READING_FAILS, opened, read_apart
+from studies.layout import define, write_failures
 from studies.progress import note
 from studies.provenance import decisive_versions
 from studies.sandbox import Lost

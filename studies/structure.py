@@ -25,7 +25,7 @@ TEXTS = (
     STATES_NOT_COMPUTED,
 )
 KNOWN_FLAGS = {
-    name: {(code.value, code.name.lower()) for code in variable.flags}
+    name: {(code.value, str(code)) for code in variable.flags}
     for name, variable in (VARIABLES | TRANSITIONS).items()
     if variable.flags
 }

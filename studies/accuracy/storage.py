@@ -10,7 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.files import CHUNK_BYTES, COMPRESSION, opened
+from studies.files import opened
+from studies.layout import CHUNK_BYTES, COMPRESSION
 
 PLANES = "status", "stability", "energy"
 """What is read of one state, for a chart of each kind."""

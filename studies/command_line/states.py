@@ -112,8 +112,8 @@ def _answer(name, ends, point, eigenvalues, method):
         "control": solution.control,
         "P": float(solution.P),
         "H": point["H"],
-        "status": Status(int(solution.status)).name.lower(),
-        "stability": Stability(int(solution.stability)).name.lower(),
+        "status": Status(int(solution.status)),
+        "stability": Stability(int(solution.stability)),
         "index": int(solution.index),
         "nullity": int(solution.nullity),
         **{field: getattr(solution, field).tolist() for field in FIELDS},
@@ -162,27 +162,12 @@ def states(ends, max_contacts, loads, shortenings, gaps, as_json):
             found = find_states(ends=held, max_contacts=max_contacts, **point)
         if found.reasons:
             raise StudyError(found.reasons[0])
-        rows += _rows_of_states(found, held) if as_json else []
-        tables.append(_headed(str(found), f"{held}", len(ends) > 1))
+        rows += _rows(found, held) if as_json else []
+        tables.append(_headed(str(found), held, len(ends) > 1))
     if as_json:
         _print_json(rows)
     else:
         click.echo("\n\n".join(tables))
-
-
-def _rows_of_states(found, ends):
-    from elastica.catalogue import COLUMNS
-    from elastica.codes import Stability, Status
-
-    for row in range(len(found)):
-        values = {name: getattr(found, name)[row].tolist() for name in COLUMNS}
-        yield {
-            "state": str(found.state[row]),
-            "ends": ends,
-            **values,
-            "stability": Stability(values["stability"]).name.lower(),
-            "status": Status(values["status"]).name.lower(),
-        }
 
 
 def _headed(table, heading, several):
@@ -208,7 +193,7 @@ def transitions(names, ends, gaps, control, P_max, as_json):
     for name, held in asked:
         with _mechanics():
             events = events_of(name, gaps, held, control, P_max)
-        rows += _rows_of_events(events, held) if as_json else []
+        rows += _rows(events, held) if as_json else []
         table = str(events) if len(events) else f"{name}: no event up to P = {P_max:g}"
         tables.append(_headed(table, f"{name} {held}", len(asked) > 1))
     if as_json:
@@ -217,23 +202,26 @@ def transitions(names, ends, gaps, control, P_max, as_json):
         click.echo("\n\n".join(tables))
 
 
-def _rows_of_events(events, ends):
-    from elastica.codes import Event
-
-    columns = ["H", "P", "shortening", "state", "other_state", "event", "index_before", "index_after"]
-    for row in range(len(events)):
-        values = {name: getattr(events, name)[row].tolist() for name in columns}
-        yield {"ends": ends, **values, "event": Event(values["event"]).name.lower()}
+def _rows(answer, ends):
+    """Rows of an answer at one point, by name."""
+    for row in answer:
+        yield {"ends": ends} | {name: value for name, value in row._asdict().items() if name != "point"}
 
 
 def _print_json(value):
-    """JSON has neither NaN nor infinity: what does not exist or is not known is null."""
-    click.echo(json.dumps(_without_nan(value)))
+    click.echo(json.dumps(_plain(value)))
 
 
-def _without_nan(value):
+def _plain(value):
+    """A value as JSON has it: codes by their names, null for NaN and infinity, which it does not know."""
+    from elastica.codes import Code
+
     if isinstance(value, dict):
-        return {name: _without_nan(item) for name, item in value.items()}
+        return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_without_nan(item) for item in value]
+        return [_plain(item) for item in value]
+    if isinstance(value, Code):
+        return str(value)
+    if hasattr(value, "tolist"):
+        return _plain(value.tolist())
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -295,7 +295,7 @@ def _draw_values(figure, axes, pictures, show, units):
         norm = BoundaryNorm(np.append(codes, codes[-1] + 1) - 0.5, 256)
         ticks = codes
         if known.flags is not None:
-            names = [known.flags(code).name.lower().replace("_", " ") for code in codes]
+            names = [str(known.flags(code)).replace("_", " ") for code in codes]
     else:
         norm = ScalarMappable(norm=None).norm
         norm.autoscale(values)

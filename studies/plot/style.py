@@ -123,7 +123,7 @@ def verdict_name(stability, index):
     verdict = Stability(stability)
     if verdict == Stability.UNSTABLE:
         return f"unstable, index {index}" if index in UNSTABLE else "unstable, index 3 or more"
-    return verdict.name.lower().replace("_", " ").replace("unstable third", "unstable at third")
+    return str(verdict).replace("_", " ").replace("unstable third", "unstable at third")
 
 
 def axis_label(variable, units):

@@ -11,7 +11,8 @@ from netCDF4 import Dataset
 import studies
 from studies.command_line import main
 from studies.errors import StudyError
-from studies.files import content_hash, identify, write_failures
+from studies.files import content_hash, identify
+from studies.layout import write_failures
 from studies.sandbox import call
 
 

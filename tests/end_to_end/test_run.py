@@ -238,7 +238,7 @@ def test_joining_opens_each_shard_twice_however_many_there_are(study, tmp_path, 
         return opened(path, *mode)
 
     monkeypatch.setattr("studies.sources.opened", counted)
-    monkeypatch.setattr("studies.files.CHUNK_BYTES", 100)
+    monkeypatch.setattr("studies.layout.CHUNK_BYTES", 100)
     compute(plan, tmp_path / "small.nc", Policy(workers=0))
     assert len(plan.blocks) == 20
     assert sum(".shards" in path for path in opened_paths) == 2 * len(plan.blocks)
