@@ -36,7 +36,7 @@ def is_done(study, out):
     """
     out = Path(out)
     folder = out.parent
-    if out.is_dir():
+    if os.path.isdir(out):
         raise StudyError(f"{out}: this is a folder; name a file")
     _refuse_names(out)
     if not folder.is_dir():
