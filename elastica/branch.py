@@ -28,8 +28,12 @@ LONGEST_FREE_PERIOD = 7.6
 MOST_STEPS = 40
 MET = 1e-10
 """Relative error of a shortening that is met as well as the worst conditioned points allow."""
+SAME_POINT = 1e-9
+"""Relative distance of k below which two points of a branch are one."""
 FEW = 8
 """Points of a branch at one gap of which it is enough to have so many."""
+ALMOST_STEEP = np.pi / 2 - 1e-3
+"""Angle from which on the end of a branch is one at 90°."""
 FOLD_STEP, MOST_FOLD_STEPS, NEXT_LOAD = 0.02, 120, 0.2
 """Step of k towards the fold of a steep branch, how many of them, and ln p by which one step may change."""
 FREE_NODES = (0.02, 0.1, *np.arange(0.2, 1.9, 0.1), *np.arange(1.84, 1.985, 0.02))
@@ -271,10 +275,10 @@ class Loads:
         return Branch.of(segments, self.H, branch.gap[near], points)
 
     def _to_folds(self, segments, branch):
-        """Steep ends continued to where the load turns round, or to a taut string."""
+        """Ends at 90° or beyond it continued to where the load turns round, or to a taut string."""
         for side, beside in ((-1, "prepend"), (1, "append")):
             edge = branch.at(np.flatnonzero(np.diff(branch.gap, **{beside: -1})))
-            steep = ~below_right_angle(segments, Points(None, edge.k, edge.p, edge.lam))
+            steep = steepest_angle(segments, Points(None, edge.k, edge.p, edge.lam)) > ALMOST_STEEP
             edge = edge.at(np.flatnonzero(steep & (edge.k > 0)))
             k, p, lam, step = edge.k.copy(), edge.p.copy(), edge.lam.copy(), np.full(edge.k.size, FOLD_STEP)
             turned, live = np.zeros(k.size, bool), np.arange(k.size)
@@ -345,10 +349,11 @@ class Loads:
 
 
 def _joined(*parts):
-    """Branches merged in order of gap and k, equal points once."""
+    """Branches merged in order of gap and k, equal points once (an extreme may be found twice)."""
     joined = Branch(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
     order = np.lexsort((joined.k, joined.gap))
-    again = (np.diff(joined.k[order], prepend=-1) == 0) & (np.diff(joined.gap[order], prepend=-1) == 0)
+    apart = np.diff(joined.k[order], prepend=-1)
+    again = (np.abs(apart) <= SAME_POINT * joined.k[order]) & (np.diff(joined.gap[order], prepend=-1) == 0)
     return joined.at(order[~again])
 
 

@@ -25,6 +25,8 @@ EXTREMUM_STEPS = 8
 DIP = 0.25
 """An extremum is looked at when the estimate of its height misses zero by no more than this part of its
 distance from the nodes."""
+UNSURE, DIP_ERROR = 1e-4, 3e-6
+"""|Σnℓ − 1| of nodes below which the table is not relied on; error of the height of an extremum between."""
 NEARLY = 1e-2
 """Relative error that lengths interpolated in the table, or their nodes, certainly keep."""
 SHARES = np.linspace(0, 1, NODES)
@@ -296,8 +298,10 @@ def every_root(segments, table):
         return Sweep(near, Roots.none(segments, 0), cut_points, cut)
     excess = sum(count * row.length[:, near] for row, count in rows) - 1
     pivot = sum(count * row.D[:, near] for row, count in rows)
-    _sharpen_start(segments, table, near, excess)
     kappa = table.kappa[:, near]
+    _sharpen_start(segments, table, near, excess)
+    lam = np.stack([row.lam[:, near] for row, _ in rows])
+    _sharpen(segments, table.p[near], table.H[near], kappa, lam, excess, pivot)
     sign = np.where(excess < 0, -1.0, np.where(excess >= 0, 1.0, np.nan))
 
     def edges(node, point):
@@ -305,7 +309,7 @@ def every_root(segments, table):
         return (
             _Edge(
                 kappa[place, point],
-                np.stack([row.lam[place, near[point]] for row, _ in rows]),
+                lam[:, place, point],
                 excess[place, point],
             )
             for place in (node, node + 1)
@@ -364,6 +368,21 @@ def _sharpen_start(segments, table, near, excess):
     excess[0, unsure] = total_length(segments, table.p[points], line) - 1
 
 
+def _sharpen(segments, p, H, kappa, lam, excess, pivot):
+    """Replace λ, Σnℓ − 1 and ΣnD at nodes beyond κ = 0 where the table may have the wrong sign.
+
+    Next to a fold a node lies between two roots, or beside both, by less than the table knows.
+    """
+    node, point = np.nonzero(np.abs(excess[1:]) < UNSURE)
+    node, p, H = node + 1, p[point], H[point]
+    there = newton(segments, p, H, kappa[node, point], lam[:, node, point], fixed_kappa=True)
+    arrow = arrow_system(segments, p, H, there.kappa, there.lam)
+    good = there.found & np.isfinite(arrow.pivot)
+    node, point = node[good], point[good]
+    lam[:, node, point] = there.lam[:, good]
+    excess[node, point], pivot[node, point] = arrow.excess[good], arrow.pivot[good]
+
+
 class _Edge(NamedTuple):
     """One side of a bracket: κ (n,), λ (distinct segments, n), Σnℓ − 1 (n,)."""
 
@@ -386,7 +405,7 @@ def _turns(kappa, excess, pivot):
     u = 1 - t
     middle = u * u * ((1 + 2 * t) * a + t * slope_a) + t * t * ((3 - 2 * t) * b - u * slope_b)
     sign = np.sign(a)
-    dips = sign * middle < DIP * (np.minimum(sign * a, sign * b) - sign * middle)
+    dips = sign * middle < DIP * (np.minimum(sign * a, sign * b) - sign * middle) + DIP_ERROR
     return node[dips], point[dips]
 
 

@@ -25,7 +25,7 @@ from scipy.optimize.elementwise import find_root
 from elastica.catalogue import search
 from elastica.codes import Event, Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import every
+from elastica.equilibrium import alternates, every
 from elastica.euler import euler_root
 from elastica.inputs import read_number, read_numbers
 from elastica.rows import Rows
@@ -40,6 +40,8 @@ LARGEST_P = 100.0
 ASIDE = 1e-3
 """Part of t and of its interval by which a state is looked at beside an event: next to a fold its two roots
 must be told apart."""
+SAME_EVENT = 1e-9
+"""Relative distance in t below which two events are one; farther, none is looked at from beyond the next."""
 NEXT_TO = 1e-9
 """Relative distance in load at which what is met is looked up: at narrow gaps shapes change fast with it."""
 SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
@@ -195,33 +197,48 @@ def _bent(state, ends, H, control, P_max):
     """Events of every pattern of a state; of its roots, that with the state's own number."""
     rows = _buckles(state, ends, H) if state.mode else []
     for track in tracks(state, ends, H, control, P_max):
-        rows += _ends_of(track, state, ends, H, control)
-        if track.t.size > 1:
-            _, values, found = track.at(np.arange(track.t.size), track.t)
-            values = np.where(found, values, np.nan)
-            for number, event in enumerate(track.events):
-                rows += _roots_of(track, number, event, values[number], state, ends, H, control)
+        if track.t.size < 2:
+            continue
+        _, values, found = track.at(np.arange(track.t.size), track.t)
+        values = np.where(found, values, np.nan)
+        for sample, event in track.ends_at.items():
+            # What ends a branch is zero there to rounding.
+            values[[i for i, other in enumerate(track.events) if other == event], sample] = np.nan
+        happens = [*_ends_of(track)]
+        happens += [_roots_of(track, i, event, values[i]) for i, event in enumerate(track.events)]
+        gap = np.concatenate([track.gap[samples] for _, samples, *_ in happens])
+        t = np.concatenate([at for _, _, at, *_ in happens])
+        for event, samples, at, low, high in happens:
+            apart = np.abs(at[:, None] - t)
+            others = (track.gap[samples][:, None] == gap) & (apart > SAME_EVENT * at[:, None])
+            nearest = np.where(others, apart, np.inf).min(axis=1, initial=np.inf)
+            aside = np.minimum(ASIDE * (high - low + at), nearest / 2)
+            rows += _describe(track, samples, at, aside, event, state, ends, H, control)
     return rows
 
 
-def _roots_of(track, number, event, values, state, ends, H, control):
-    """Rows for the roots of one function, with these `values` at the samples, between neighbours."""
+def _roots_of(track, number, event, values):
+    """Roots of one function, with these `values` at the samples, between neighbours.
+
+    Returns
+    -------
+    event : Event
+    samples : ndarray of int, shape (n,)
+    t, low, high : ndarray, shape (n,)
+    """
     sign = np.where(np.isnan(values), np.nan, np.where(values < 0, -1.0, 1.0))
     left = np.flatnonzero((track.gap[:-1] == track.gap[1:]) & (sign[:-1] * sign[1:] < 0))
-    if not left.size:
-        return []
     low, high = track.t[left], track.t[left + 1]
     root = find_root(lambda t, sample: track.at(sample, t)[1][number], (low, high), args=(left,))
     # A sample that is itself a root to rounding brackets nothing.
     nearer = np.where(np.abs(values[left]) < np.abs(values[left + 1]), low, high)
     t = np.where(root.success, root.x, nearer)
-    return _describe(track, left, t, low, high, event, state, ends, H, control)
+    return event, left, t, low, high
 
 
-def _ends_of(track, state, ends, H, control):
-    """Rows for the ends of the branches."""
-    ends_at = [(sample, event) for sample, event in track.ends_at.items() if track.t.size > 1]
-    rows = []
+def _ends_of(track):
+    """The ends of the branches, as `_roots_of` gives roots."""
+    ends_at = track.ends_at.items()
     for event in {event for _, event in ends_at}:
         at = np.array([sample for sample, e in ends_at if e == event])
         inner = np.where(
@@ -231,14 +248,14 @@ def _ends_of(track, state, ends, H, control):
         )
         t = track.t[at]
         low, high = np.minimum(t, track.t[inner]), np.maximum(t, track.t[inner])
-        rows += _describe(track, at, t, low, high, event, state, ends, H, control)
-    return rows
+        yield event, at, t, low, high
 
 
-def _describe(track, samples, t, low, high, event, state, ends, H, control):
+def _describe(track, samples, t, aside, event, state, ends, H, control):
     """Rows of events at t: one for each side on which the state exists, at a flat stretch one for both."""
+    if not t.size:
+        return []
     here, _, found = track.at(samples, t)
-    aside = ASIDE * (high - low + t)
     gap = track.gap[samples]
     first, last = (np.searchsorted(track.gap, gap, side=side) for side in ("left", "right"))
     sides = []
@@ -274,6 +291,9 @@ def _number(state, ends, solution, wanted):
     own = np.flatnonzero(wanted)
     if state.mode:
         numbers[own] = 1
+    elif own.size and alternates(state, ends) and not solution.periods[own].any():
+        # Next to its fold a search may miss it, but there is no other.
+        numbers[own] = 1
     elif own.size:
         if solution.control == "P":
             found, _ = every(state, ends, FOUR_PI_SQUARED * solution.P[own], solution.H[own])
@@ -293,7 +313,7 @@ def _met(state, ends, control, columns):
     At prescribed shortening without the number of the root.
     """
     met = np.full(columns["H"].size, "", dtype="<U64")
-    best = np.full(met.size, np.inf)
+    best = np.where(np.isin(columns["event"], PASSED), -1.0, np.inf)
     P, H = columns["P"], columns["H"]
     for beside, here in (
         (1 - NEXT_TO, columns["index_before"] >= 0),
@@ -303,8 +323,7 @@ def _met(state, ends, control, columns):
             name = solution.state.name
             apart = distance(solution, columns["energy"][points], columns["curvature"][points])
             good = (solution.status == Status.SOLVED) & np.isfinite(apart)
-            itself = (name == state.name.partition(":")[0]) & (numbers == state.root)
-            good &= ~(itself & here[points])
+            good &= ~((name == state.name.partition(":")[0]) & (numbers == state.root))
             for i in np.flatnonzero(good):
                 rank = apart[i] + here[points[i]]
                 if rank < best[points[i]]:
