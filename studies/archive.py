@@ -8,7 +8,6 @@ import os
 import shutil
 from collections.abc import Iterator
 from contextlib import suppress
-from datetime import UTC, datetime
 from pathlib import Path
 
 from studies.catalog import INDEX, LONGEST_TEXT, SUFFIX, Catalog, Entry, is_name
@@ -18,6 +17,7 @@ from studies.files import identify
 from studies.known import read_finished, state_labels
 from studies.lock import one_at_a_time
 from studies.progress import note
+from studies.provenance import now
 from studies.sources import refuse_changed
 from studies.whole_files import temporary_name, written_whole
 
@@ -112,7 +112,6 @@ def describe(file: Path) -> Entry:
     refuse_changed(dataset.source)
     if "numerics_id" not in attributes:
         raise StudyError(f"{file}: the attribute numerics_id is missing; the file is damaged")
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     return Entry(
         title=str(attributes.get("title", study.name))[:LONGEST_TEXT],
         study=study.name,
@@ -120,7 +119,7 @@ def describe(file: Path) -> Entry:
         numerics_id=attributes["numerics_id"],
         content_hash=attributes["content_hash"],
         date_created=str(attributes.get("date_created", "unknown"))[:LONGEST_TEXT],
-        date_added=now,
+        date_added=now(),
         ends=dataset.source.ends,
         states=tuple(states),
         H=_extent(dataset.source.H),

@@ -28,8 +28,8 @@ LABELS = {
     b"transition_state",
     b"transition_other_state",
 }
-MOST_LABELS = 10_000
 """The variables that are text; other programs store characters as texts of any length."""
+MOST_LABELS = 10_000
 SIMPLE = {h5t.INTEGER, h5t.FLOAT, h5t.STRING}
 SCALES = {b"DIMENSION_LIST", b"REFERENCE_LIST"}
 """Where netCDF keeps which dimensions a variable has: the only references there are."""

@@ -18,10 +18,7 @@ MOST_NEEDED = 8
 """First bytes of a file that tell what it is."""
 REMEDIES = {
     ("dataset", "study"): "compute it: elastica run {path}",
-    (
-        "study",
-        "dataset",
-    ): "give its study; elastica check {path} says what is in this",
+    ("study", "dataset"): "give its study; elastica check {path} says what is in this",
 }
 
 

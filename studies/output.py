@@ -7,18 +7,12 @@ import errno
 import json
 import os
 import shutil
-from datetime import UTC, datetime
 from pathlib import Path
 
 from studies.errors import StudyError
-from studies.files import (
-    identify,
-    opened,
-    refuse_path,
-    why_unlockable,
-)
+from studies.files import identify, opened, refuse_path, why_unlockable
 from studies.progress import note
-from studies.provenance import texts
+from studies.provenance import now, texts
 from studies.schema import STATES_NOT_COMPUTED
 from studies.shards import LONGEST_NAME, folder_of
 from studies.study import Study
@@ -123,13 +117,12 @@ def settle(study, out):
     """Give a finished dataset the name and the texts that its study has now; no value changes."""
     if _has_texts(study, out):
         return
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
     with written_whole(out) as temporary:
         shutil.copyfile(out, temporary)
         with opened(temporary, "a") as dataset:
             before = texts(Study.from_dict(json.loads(dataset.config_json)))
             for name in before.keys() & set(dataset.ncattrs()) - texts(study).keys():
                 dataset.delncattr(name)
-            history = f"{getattr(dataset, 'history', '')}\n{now} name and texts of the study changed"
+            history = f"{getattr(dataset, 'history', '')}\n{now()} name and texts of the study changed"
             dataset.setncatts(texts(study) | {"history": history.lstrip()})
     note(f"{out}: its results are those of this study, whose name and texts it has now")

@@ -25,6 +25,11 @@ def decisive_versions():
     return {"numerics": str(NUMERICS_VERSION)} | {name: version(name) for name in DECISIVE}
 
 
+def now():
+    """The time in UTC, as attributes and the index of a catalogue have it."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
 def describe(study):
     """Global attributes of the dataset of a study, by CF-1.11 and ACDD-1.3.
 
@@ -37,12 +42,12 @@ def describe(study):
     dict of str to str or int
         What is unknown is absent.
     """
-    now = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    made = now()
     return {
         **texts(study),
         "source": f"{DISTRIBUTION} {version(DISTRIBUTION)}, closed-form solution",
-        "date_created": now,
-        "history": f"{now} {DISTRIBUTION} {version(DISTRIBUTION)}: computed",
+        "date_created": made,
+        "history": f"{made} {DISTRIBUTION} {version(DISTRIBUTION)}: computed",
         "numerics_id": study.numerics_id,
         "format_version": FORMAT_VERSION,
         "control": study.grid.control,
