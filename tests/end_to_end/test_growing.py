@@ -311,7 +311,7 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
         at(reduction, "read_points")
     else:
         at(known, "content_hash")
-        monkeypatch.setattr(known, "call", lambda function, *arguments, limit: function(*arguments))
+        monkeypatch.setattr(known, "read_apart", lambda function, *arguments: function(*arguments))
     with pytest.raises(StudyError, match=r"old\.nc: this file was changed, or replaced by another, since"):
         compute(wide, tmp_path / "wide.nc", reuse=proved)
     assert done == [None]
