@@ -6,11 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.codes import Stability, Status
 from elastica.stable import stable_energy
 from elastica.states import parse_state
 
 ABOVE = 1e-6
 """Part of a load by which what happens at a load is over."""
+
+ABSENT, UNFOLLOWED, FIRST = 0, 1, 2
+"""Marks of points without the state, and what is added to values from −1 on, whose marks are larger."""
 
 
 class Between(NamedTuple):
@@ -88,3 +92,23 @@ class Between(NamedTuple):
 def nearest(labels, values):
     """Position of the label nearest to each value."""
     return np.searchsorted((labels[1:] + labels[:-1]) / 2, values)
+
+
+def marks(status, stability, value):
+    """What tells apart the regions of a chart of one state's variable.
+
+    Parameters
+    ----------
+    status, stability : ndarray of int
+        Of the state.
+    value : ndarray of int
+        Of the variable if it has steps, else 0.
+
+    Returns
+    -------
+    ndarray of int
+        ABSENT, UNFOLLOWED, or 2 (value + FIRST), one more where the state is stable.
+    """
+    solved = 2 * (np.asarray(value, int) + FIRST) + (stability == Stability.STABLE)
+    elsewhere = np.where(status == Status.NOT_FOLLOWED, UNFOLLOWED, ABSENT)
+    return np.where(status == Status.SOLVED, solved, elsewhere)

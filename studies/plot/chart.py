@@ -19,11 +19,11 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
 
 from elastica.catalogue import POTENTIAL
-from elastica.codes import Stability, Status
+from elastica.codes import Status
 from elastica.solution import solve
 from elastica.stable import stable_energy
 from studies.errors import StudyError
-from studies.plot.between import Between, nearest
+from studies.plot.between import FIRST, UNFOLLOWED, Between, marks, nearest
 from studies.plot.boundaries import curves_between
 from studies.plot.drawing import new_figure
 from studies.plot.reading import (
@@ -206,27 +206,38 @@ def _values(grid, variable, number, exact):
     there = status == Status.SOLVED if variable != "status" else status != Status.NOT_COMPUTED
     if not there.any():
         raise StudyError(f"state = {name!r} is solved nowhere for {grid.ends}; there is nothing to draw")
-    plane = Plane(H, given, fill(there, status != Status.NOT_COMPUTED))
+    smooth = variable in VARIABLES and VARIABLES[variable].dtype == "f8"
+    # Flags and counts change where nothing else does: their borders are looked for as well.
+    steps = variable if variable in ("index", "nullity", "stability") else None
+    known = marks(status, grid.read("stability", number), grid.read(steps, number) if steps else 0)
+    plane = Plane(H, given, fill(known, status != Status.NOT_COMPUTED))
     curves = []
     if exact and variable != "status":
 
-        def solved(H, P, around=None):
-            return solve(name, P=P, H=H, ends=grid.ends).status == Status.SOLVED
+        def marked(H, P, around=None):
+            found = solve(name, P=P, H=H, ends=grid.ends)
+            return marks(found.status, found.stability, getattr(found, steps) if steps else 0)
+
+        def solved(H, P):
+            return marked(H, P) > UNFOLLOWED
 
         def stable(H, P):
             return np.isfinite(stable_energy(name, P, H, grid.ends))
 
-        firm = grid.read("stability", number) == Stability.STABLE
-        fine = sharpen(plane, solved)
-        firm = _taken(firm, grid, fine) & fine.labels
-        curves = curves_between(fine, [(name, fine.labels, solved), (name, firm, stable)], grid.ends)
-        plane = fine
-    filled = fill(values, there)
-    smooth = variable in VARIABLES and VARIABLES[variable].dtype == "f8"
-    look = RegularGridInterpolator((H, given), filled, method="linear" if smooth else "nearest")
-    points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
-    values = np.where(plane.labels, look(points), np.nan)
-    unfollowed = _taken(status == Status.NOT_FOLLOWED, grid, plane) & ~plane.labels
+        plane = sharpen(plane, marked)
+        shown = plane.labels > UNFOLLOWED
+        firm = shown & (plane.labels % 2 == 1)
+        curves = curves_between(plane, [(name, shown, solved), (name, firm, stable)], grid.ends)
+    else:
+        shown = fill(there, status != Status.NOT_COMPUTED)
+    if exact and steps:
+        values = np.where(shown, plane.labels // 2 - FIRST, np.nan)
+    else:
+        filled = fill(values, there)
+        look = RegularGridInterpolator((H, given), filled, method="linear" if smooth else "nearest")
+        points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
+        values = np.where(shown, look(points), np.nan)
+    unfollowed = (plane.labels == UNFOLLOWED) & ~shown
     return Picture(
         grid.ends, plane.H, plane.given, values, {}, curves, [], np.zeros_like(unfollowed), unfollowed
     )
@@ -389,8 +400,11 @@ def _explain(dataset, show, state, control, exact, pictures):
         "stable": "stripes: several states are stable",
         "preferred": "stable state of least " + ("energy" if control == "P" else "bending energy"),
         "count": "number of stable states",
+        "status": f"status of {state}",
     }.get(show, f"{show} of {state}; white: no such equilibrium")
-    how = "boundaries solved exactly" if exact else "boundaries to the nearest grid point"
+    how = (
+        "boundaries solved exactly" if exact and show != "status" else "boundaries to the nearest grid point"
+    )
     unknown = sorted({name for picture in pictures for name in picture.unknown})
     missing = f"not computed, or only in part: {listed(unknown)}" if unknown else ""
     if any(picture.meaning and (picture.none | picture.unfollowed).any() for picture in pictures):

@@ -205,6 +205,49 @@ def test_counts_and_variables_are_drawn(dataset):
     assert values.max() == pytest.approx(float(stored.max()), rel=1e-9)
 
 
+def test_verdicts_of_one_state_change_at_the_exact_loads(computed, coarse):
+    """Pinned, the flat stretch of U- buckles between two lines of the grid."""
+    content = SMALL | {
+        "grid": {"ends": [PP], "H": [0.06, 0.09, 0.12], "P": [1.5, 2.5, 3.5, 4.5]},
+        "states": {"names": ["U-"]},
+    }
+    with studies.open(computed(Study.from_dict(content))) as lines:
+        for show in ("index", "stability"):
+            ax = studies.plot.chart(lines, show=show, state="U-").axes[0]
+            H, P = curves(ax)["flat stretch buckles"].T
+            assert H.min() == 0.06 and H.max() == 0.12 and P.min() > 3.6
+            assert (elastica.solve("U-", P=P * 0.999, H=H, ends=PP).index == 0).all()
+            assert (elastica.solve("U-", P=P * 1.001, H=H, ends=PP).index == 1).all()
+            mesh = ax.collections[0]
+            corners = mesh.get_coordinates()
+            H, P = np.meshgrid(centres(corners[..., 0], 0), centres(corners[..., 1], 1))
+            exact = getattr(elastica.solve("U-", P=P, H=H, ends=PP), show)
+            assert (mesh.get_array() == exact).mean() > 0.97
+        caption = studies.plot.chart(lines, show="status", state="U-").get_supxlabel()
+        assert "white" not in caption and "nearest grid point" in caption
+
+
+def test_next_to_where_following_ends_nothing_is_called_no_equilibrium(computed, coarse):
+    """Clamped, H = 0.19: U passes 90° at P = 7.655, between two lines of the grid."""
+    content = SMALL | {
+        "grid": {"ends": [CC], "H": [0.18, 0.19, 0.2], "P": [6.6, 7.4, 8.2]},
+        "states": {"names": ["U"]},
+    }
+    with studies.open(computed(Study.from_dict(content))) as steep:
+        ax = studies.plot.chart(steep, show="max_slope", state="U").axes[0]
+    white = np.ma.getmaskarray(ax.collections[0].get_array())
+    (hatched_area,) = (area for area in ax.collections if getattr(area, "hatches", None))
+    corners = ax.collections[0].get_coordinates()
+    H, P = np.meshgrid(centres(corners[..., 0], 0), centres(corners[..., 1], 1))
+    status = elastica.solve("U", P=P[white], H=H[white]).status
+    assert (status == elastica.Status.NOT_FOLLOWED).all() and status.size
+    inside = [
+        any(path.contains_point(at) for path in hatched_area.get_paths())
+        for at in zip(H[white], P[white], strict=True)
+    ]
+    assert np.mean(inside) > 0.9, np.mean(inside)
+
+
 def test_a_state_keeps_its_colour(chart, dataset):
     handles = {text.get_text(): patch for text, patch in legend(chart)}
     for name in ("0", "U", "U-", "UD"):
