@@ -214,7 +214,12 @@ call(getattr(test_sandbox, sys.argv[1]), *map(float, sys.argv[2:]), limit=600)
 
 @pytest.mark.parametrize("work", [("pause", "600"), ("stop",), ("hold_everything",), ("spin", "1e9")])
 def test_no_helper_outlives_the_process_that_asks(work):
-    asks = subprocess.Popen([sys.executable, "-c", ORPHAN, *work], stdout=subprocess.PIPE, text=True)
+    asks = subprocess.Popen(
+        [sys.executable, "-c", ORPHAN, *work],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)},
+    )
     pid = int(asks.stdout.readline())
     if work == ("stop",):
         wait_until(lambda: psutil.Process(pid).status() == psutil.STATUS_STOPPED)
