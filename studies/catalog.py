@@ -25,6 +25,7 @@ from elastica.ends import parse_ends
 from elastica.states import parse_state
 from studies.errors import StudyError
 from studies.messages import named, shown
+from studies.schema import ANY_NAME
 
 INDEX = "index.json"
 INDEX_VERSION: Final = 1
@@ -37,8 +38,6 @@ Texts = Annotated[tuple[Text, ...], Field(max_length=100_000)]
 MOST_ENDS, MOST_OF_TITLE = 2, 80
 """In a list: end conditions that are named, characters of a title."""
 METHODS = ("exact", "chain")
-ANY_NAME = "1/2"
-"""Ends at which every name of a state has a meaning."""
 
 
 def _known_ends(names):

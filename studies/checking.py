@@ -110,6 +110,8 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tu
         problems += _conventions(dataset, expected | table)
         failures = _failure_rows(dataset, control)
     events, without_events = read_events(path)
+    if (version := attributes.get("numerics_version")) not in range(1, NUMERICS_VERSION + 1):
+        problems.append(f"numerics_version is {cut(version)}; this release knows 1 to {NUMERICS_VERSION}")
     problems += _verdicts(values) + _ranges(values, labels, study) + _counts(values, control)
     problems += _excuses(values, labels, failures, attributes, study)
     points, transitions = Repeated(0, 0, {}, []), Repeated(0, 0, {}, [])

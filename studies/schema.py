@@ -42,6 +42,8 @@ from elastica.codes import Code, Event, Stability, Status
 
 FORMAT_VERSION = 2
 """Raised whenever an older version would misread a file; files of older formats still open."""
+ANY_NAME = "1/2"
+"""Ends at which every name of a state has a meaning."""
 CONTROLS = ("P", "shortening")
 """What may be prescribed: one of them is a dimension, the other a variable."""
 GRID = ("ends", "H", "control")

@@ -11,7 +11,7 @@ import numpy as np
 from elastica.ends import parse_ends
 from elastica.states import parse_state
 from studies.messages import named, shown
-from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS, VARIABLES, control_of, every_variable
+from studies.schema import ANY_NAME, STATES_NOT_COMPUTED, TRANSITIONS, VARIABLES, control_of, every_variable
 
 MEANING = ("units", "flag_values", "flag_meanings")
 """Attributes that say what values mean."""
@@ -67,7 +67,8 @@ def fault(dataset):
         return "two labels of ends or of state are the same"
     if strange := [text for text in ends if not _is_known(parse_ends, text)]:
         return f"{shown(strange[0])} is no end condition"
-    if strange := [text for text in states if not any(_is_known(parse_state, text, some) for some in ends)]:
+    # Of a selection of ends, some may have no meaning at those that are left.
+    if strange := [text for text in states if not _is_known(parse_state, text, ANY_NAME)]:
         return f"{shown(strange[0])} is no state"
     if "status" not in dataset.variables:
         return "status is missing"

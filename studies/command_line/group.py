@@ -40,6 +40,10 @@ class Group(click.Group):
             raise _refused(problem, FAILED_POINTS) from None
         except StudyError as problem:
             raise _refused(problem) from None
+        except MemoryError:
+            raise _refused(
+                "there is not enough memory; let the command have more (`ulimit -v`), or give it less to do"
+            ) from None
         except OSError as problem:
             where = f"{problem.filename}: " if problem.filename else ""
             raise _refused(f"{where}{problem.strerror or problem}") from None

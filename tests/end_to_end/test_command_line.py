@@ -376,3 +376,13 @@ def test_read_only_folder_is_refused(toml, tmp_path, monkeypatch):
     assert result.exit_code == 2
     assert "cannot be written to" in result.output
     assert list(tmp_path.iterdir()) == [toml]
+
+
+def test_want_of_memory_is_one_sentence(monkeypatch):
+    def more(*_, **__):
+        raise MemoryError
+
+    monkeypatch.setattr("elastica.solution.solve", more)
+    result = invoke("solve", "--state", "U", "--P", 2.5, "--H", 0.1)
+    assert (result.exit_code, "there is not enough memory" in result.stderr) == (2, True)
+    assert isinstance(result.exception, SystemExit)

@@ -88,6 +88,14 @@ def older(dataset):
     dataset["energy"][:] = dataset["energy"][:] * 1.5
 
 
+def newer(dataset):
+    dataset.numerics_version = 99
+
+
+def before_the_first(dataset):
+    dataset.numerics_version = -5
+
+
 def other_search(dataset):
     dataset.states_searched = "0 U"
 
@@ -104,6 +112,8 @@ FORGED = {
     row_not_computed: "12 points are not computed, and the file does not say so",
     not_followed: "status cannot be found again",
     older: "energy cannot be found again",
+    newer: "numerics_version is 99; this release knows 1 to",
+    before_the_first: "numerics_version is -5; this release knows 1 to",
     other_search: "states_searched does not belong to the study",
 }
 

@@ -84,6 +84,7 @@ def test_a_dataset_that_is_saved_again_is_the_same_dataset(with_tables, tmp_path
 OPEN = {
     "two variables": lambda d: d[["status", "energy"]],
     "a range": lambda d: d.isel(H=slice(0, 2)),
+    "some ends": lambda d: d.isel(ends=[0]),
     "some states": lambda d: d.sel(state=["U", "0"]),
     "joined again": lambda d: xr.concat([d.isel(P=slice(0, 3)), d.isel(P=slice(3, None))], "P"),
     "merged": lambda d: xr.merge([d[["energy"]], d[["status"]]], combine_attrs="override"),
