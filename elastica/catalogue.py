@@ -12,7 +12,7 @@ from elastica.codes import Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibrium import CHUNK, every, find
 from elastica.inputs import broadcast
-from elastica.rows import Rows
+from elastica.rows import Rows, failures
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shortening_control import Targets
 from elastica.solution import prescribed, solution_of, solve, unfollowed, unusable
@@ -113,7 +113,7 @@ class FoundStates(Rows):
         if self.not_followed:
             names = dict.fromkeys(name for some in self.not_followed.values() for name in some)
             lines.append(f"not followed, mostly beyond 90 degrees: {' '.join(names)}")
-        return "\n".join(lines)
+        return "\n".join([*lines, *failures(self.reasons)])
 
 
 COLUMNS = [name for name in FoundStates.columns if name not in ("point", "state")]

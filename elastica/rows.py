@@ -1,6 +1,6 @@
 """Answers that have rows: one by one, as text, or as a table of pandas. Codes appear by their names."""
 
-from collections import namedtuple
+from collections import Counter, namedtuple
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -79,4 +79,12 @@ def described(solution: Any) -> str:
         f"{solution.control} prescribed"
     )
     more = [f"… {size - MOST_SHOWN} more"] if size > MOST_SHOWN else []
-    return "\n".join([heading, *lines, *more])
+    return "\n".join([heading, *lines, *more, *failures(solution.reasons)])
+
+
+def failures(reasons: dict[int, str]) -> list[str]:
+    """A line for each reason why points failed, of which there are few."""
+    counts = Counter(reasons.values())
+    return [
+        f"failed at {count} point{'s' * (count > 1)}: {why}" for why, count in counts.most_common(MOST_SHOWN)
+    ]

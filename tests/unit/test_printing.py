@@ -18,7 +18,8 @@ def test_codes_print_as_their_names():
 
 def test_a_solution_prints_names_and_its_first_points():
     s = elastica.solve("U", P=[2.5, 0.2, -1.0, 4.5], H=0.1)
-    head, names, *lines = repr(s).splitlines()
+    head, names, *lines, failed = repr(s).splitlines()
+    assert failed == f"failed at 1 point: {s.reasons[2]}"
     assert head == "Solution of U, clamped-clamped, at 4 points, P prescribed"
     assert names.split()[:4] == ["P", "H", "status", "stability"]
     assert [line.split()[2:4] for line in lines] == [
@@ -30,6 +31,11 @@ def test_a_solution_prints_names_and_its_first_points():
     assert len(many) == 13 and many[-1] == "… 990 more"
     assert "1 point," in repr(elastica.solve("0", P=0.5, H=0.1, method="chain", links=20))
     assert repr(elastica.solve("0", P=xr.DataArray([0.5], dims="day"), H=0.1)).endswith("along day")
+
+
+def test_what_failed_is_printed_with_its_reason():
+    found = elastica.find_states(P=[-1.0, 2.0, -1.0], H=0.1, max_contacts=1)
+    assert str(found).splitlines()[-1] == f"failed at 2 points: {found.reasons[0]}"
 
 
 def test_stable_means_the_same_by_every_method():
