@@ -119,7 +119,8 @@ def test_parts_merge_to_the_dataset_of_the_whole(whole, tmp_path):
     assert result.exit_code == 0, result.output
     assert_identical(tmp_path / "c.nc", whole)
     assert identify(tmp_path / "c.nc")["study_id"] == WHOLE.study_id
-    assert studies.check(tmp_path / "c.nc", sample=30)[1] == []
+    report, problems = studies.check(tmp_path / "c.nc", sample=30)
+    assert (problems, report[-1]) == ([], "  good")
 
 
 def test_merging_computes_nothing_unless_told_and_says_what_it_would(tmp_path, monkeypatch, capsys):
@@ -166,7 +167,8 @@ def test_a_state_that_was_searched_in_one_dataset_only_is_not_lost(tmp_path):
         assert "U" not in merged["state"]
         united = Study.from_dict(json.loads(merged.attrs["config_json"]))
     assert "U" in identify(tmp_path / "c.nc")["states_not_computed"].split()
-    assert studies.check(tmp_path / "c.nc", sample=20)[1] == []
+    report, problems = studies.check(tmp_path / "c.nc", sample=20)
+    assert (problems, report[-1]) == ([], "  good as far as it is computed")
     fresh = compute(united, tmp_path / "fresh.nc")
     assert_identical(compute(united, tmp_path / "again.nc", reuse=tmp_path / "c.nc"), fresh)
 
@@ -181,7 +183,8 @@ def test_points_that_no_part_holds_are_not_computed(tmp_path):
         assert int(held.sel(ends="clamped-pinned", H=0.1).sum()) == 3
         assert merged.attrs["points_not_computed"] == 9
         assert (merged["preferred_state"].where(~held, -1) == -1).all()
-    assert studies.check(tmp_path / "c.nc", sample=18)[1] == []
+    report, problems = studies.check(tmp_path / "c.nc", sample=18)
+    assert (problems, report[-1]) == ([], "  good as far as it is computed")
     with pytest.raises(StudyError, match="not computed here"):
         study = Study.from_dict(json.loads(identify(tmp_path / "c.nc")["config_json"]))
         runner.is_done(study, tmp_path / "c.nc")
