@@ -2,6 +2,8 @@
 
 PYTHON ?= python3
 VENV := .venv
+# Of the order of the tests, which is random; that of `make verify` is another every time.
+SEED ?= 2690478429
 BIN := $(VENV)/bin
 
 .PHONY: chart test verify lint clean
@@ -11,7 +13,7 @@ chart: $(VENV)/installed
 	$(BIN)/elastica plot first-chart.nc -o first-chart.png
 
 test: lint
-	$(BIN)/python -m pytest -n auto --dist loadfile
+	$(BIN)/python -m pytest -n auto --dist loadfile --randomly-seed=$(SEED)
 
 verify: lint
 	$(BIN)/python -m pytest -n auto --dist loadfile --full

@@ -26,8 +26,8 @@ def random_state(rng, contacts):
 
 def test_events_are_where_a_dense_scan_sees_them(full, rng):
     """Every change of status or index has an event; no event is of the state with itself."""
-    cases, changes, wrong = 40 if full else 4, 0, []
-    loads = np.linspace(0.02, 12, 801) if full else np.linspace(0.02, 5, 201)
+    cases, changes, wrong = 40 if full else 8, 0, []
+    loads = np.linspace(0.02, 12, 801) if full else np.linspace(0.02, 8, 201)
     for case in range(cases):
         contacts = (1, 2, 0, 1, 3)[case % 5]
         state, ends = random_state(rng, contacts)

@@ -5,6 +5,7 @@ import signal
 import time
 
 import dask
+import dask_jobqueue  # noqa: F401  (its defaults must be there before a test sets one for itself)
 import pytest
 from click.testing import CliRunner
 from distributed import Security, default_client
