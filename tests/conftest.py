@@ -1,3 +1,4 @@
+import mpmath
 import numpy as np
 import pytest
 from hypothesis import settings
@@ -17,6 +18,14 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     if config.getoption("--full"):
         settings.load_profile("full")
+
+
+@pytest.fixture(autouse=True)
+def precision_is_put_back():
+    """A test that changes mpmath's precision for all would change the references of those after it."""
+    before = mpmath.mp.dps
+    yield
+    assert mpmath.mp.dps == before
 
 
 @pytest.fixture

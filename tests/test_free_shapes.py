@@ -13,9 +13,9 @@ WIDE = 0.499
 PERIODIC = [("B1", PP, 2), ("B2", PP, 4), ("B1", CC, 4), ("B3", CC, 8), ("B3", PP, 6)]
 
 
+@mpmath.workdps(1200)
 def exact(shortening, quarters):
     """P, κ and V of the shape without a force across that has this shortening, with 1200 digits."""
-    mpmath.mp.dps = 1200
     target = mpmath.mpf(float(shortening))
 
     def excess(x):

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from hard_cases.folds import folds_at_shortening, folds_under_load
 from hard_cases.make_hard_cases import FAMILIES
+from hard_cases.records import DIGITS
+from mpmath import mp
 
 import elastica
 from elastica import Stability, Status
@@ -95,6 +97,7 @@ def test_the_error_estimate_bounds_the_true_error_and_is_not_idle(audit):
     assert np.median(bound / np.maximum(true, np.finfo(float).eps / 4)) <= 1000
 
 
+@mp.workdps(DIGITS)
 def test_every_family_can_be_computed_again(rng, full):
     """The stored answers are those of the script; of each family the first few, or all."""
     stored = {json.dumps(record) for record in CASES}
