@@ -18,12 +18,12 @@ Strip        a real strip: newtons and metres to numbers and back
 """
 
 from elastica.beside import warn_of_pyelastica
-from elastica.catalogue import FoundStates, find_states
 from elastica.codes import Event, Stability, Status
+from elastica.finding import FoundStates, find_states
+from elastica.paths.transitions import Transitions, transitions
 from elastica.solution import Solution, solve
-from elastica.states import states
+from elastica.state import states
 from elastica.strip import Strip
-from elastica.transitions import Transitions, transitions
 
 warn_of_pyelastica(__path__[0])
 

@@ -1,6 +1,6 @@
 """Solutions at points whose dimensions have names: what went in as DataArrays of xarray comes out as such.
 
-Left out: how the points were paired (`inputs`), attributes and units of a dataset (`studies.to_dataset`).
+Not here: how the points were paired (`inputs`), attributes and units of a dataset (`studies.to_dataset`).
 """
 
 from collections.abc import Iterator
@@ -11,8 +11,8 @@ import numpy as np
 
 from elastica.shapes import Shape
 from elastica.solution import PER_CONTACT, PER_SEGMENT, Solution
-from elastica.spectrum import Conventional
-from elastica.states import Segment
+from elastica.stability.spectrum import Conventional
+from elastica.state import Segment
 
 
 @dataclass(frozen=True, eq=False, repr=False)

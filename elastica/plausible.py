@@ -1,6 +1,6 @@
 """What looks wrong with a strip or with what it is pushed by: mostly millimetres or GPa in place of SI units.
 
-Left out: what cannot be at all, which is refused (`strip`). Paper, steel tape, rubber, drill pipe and silicon
+Not here: what cannot be at all, which is refused (`strip`). Paper, steel tape, rubber, drill pipe and silicon
 beams of a hundred nanometres raise no doubt.
 """
 

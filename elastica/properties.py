@@ -6,17 +6,17 @@ This is where the parts meet: segments, walls (`admissibility`), verdicts (`stab
 
 import numpy as np
 
-from elastica.accuracy import SAFETY, bounds_at_shortening, rounding_bounds
-from elastica.admissibility import clearance
-from elastica.alternating import TINY_THRUST
-from elastica.branch import bordered
 from elastica.codes import Status
-from elastica.equilibrium import pendulums_of, periodic
-from elastica.euler import euler_modes_below, euler_root
-from elastica.newton import ROUNDING
+from elastica.equilibria.admissibility import clearance
+from elastica.equilibria.alternating import TINY_THRUST
+from elastica.equilibria.branch import bordered
+from elastica.equilibria.euler import euler_modes_below, euler_root
+from elastica.equilibria.newton import ROUNDING
+from elastica.equilibria.roots import pendulums_of, periodic
+from elastica.equilibria.rounding import SAFETY, bounds_at_shortening, rounding_bounds
+from elastica.pendulum.segments import arc, bending_energy, geometry, shortening, steepest
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import arc, bending_energy, geometry, shortening, steepest
-from elastica.stability import (
+from elastica.stability.index import (
     FOLD_TOLERANCE,
     MARGIN,
     ends_meet,

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Status
-from elastica.elliptic import integrals, jacobi
-from elastica.equilibrium import pendulums_of
+from elastica.equilibria.roots import pendulums_of
+from elastica.pendulum.elliptic import integrals, jacobi
+from elastica.pendulum.segments import start_phase, swing_at
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import start_phase, swing_at
 
 WALL = {"U": 1, "D": -1}
 

@@ -12,19 +12,19 @@ from numpy.typing import ArrayLike
 
 from elastica.codes import Stability, Status
 from elastica.ends import Ends, parse_ends
-from elastica.equilibrium import find, of_root, unresolved_load
-from elastica.euler import euler_root
+from elastica.equilibria.euler import euler_root
+from elastica.equilibria.roots import find, of_root, unresolved_load
+from elastica.equilibria.shortening_control import Targets
 from elastica.inputs import broadcast
 from elastica.properties import bent, straight
 from elastica.rows import described
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.shortening_control import Targets
 from elastica.spelling import did_you_mean
-from elastica.states import Segment, State, parse_state
+from elastica.state import Segment, State, parse_state
 
 if TYPE_CHECKING:
     from elastica.shapes import Shape
-    from elastica.spectrum import Conventional
+    from elastica.stability.spectrum import Conventional
 
 LARGEST_LOAD = 1e6
 SMALLEST_GAP = 1e-50
@@ -126,7 +126,7 @@ class Solution:
         Ascending, with weight ∫φ² ds (EI = L = 1), exact zeros as 0.0; of a line state those of its
         free segments; at prescribed shortening on the φ that keep it. NaN where the state is not solved.
         """
-        from elastica.spectrum import eigenvalues
+        from elastica.stability.spectrum import eigenvalues
 
         return eigenvalues(self, count, self.control == "shortening")
 
@@ -136,7 +136,7 @@ class Solution:
         sign(ω²) √|ω²|, ascending, in units of √(EI/ρA)/L²; exact zeros as 0.0, NaN where the state is not
         solved.
         """
-        from elastica.vibration import frequencies
+        from elastica.stability.vibration import frequencies
 
         return frequencies(self, count, self.control == "shortening")
 
@@ -150,7 +150,7 @@ class Solution:
         Conventional
             `eigenvalues` (..., count) and `index` (...), NaN and −1 where not solved; `stable` (...), bool.
         """
-        from elastica.spectrum import conventional
+        from elastica.stability.spectrum import conventional
 
         return conventional(self, count)
 

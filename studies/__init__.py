@@ -24,23 +24,23 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from studies import plot as plot
     from studies.answers import to_dataset as to_dataset
-    from studies.catalog import Catalog as Catalog
-    from studies.checking import check as check
+    from studies.archive.catalog import Catalog as Catalog
+    from studies.archive.checking import check as check
+    from studies.design.plan import Plan as Plan
+    from studies.design.study import Study as Study
     from studies.errors import StudyError as StudyError
-    from studies.files import open as open
     from studies.loading import loading_path as loading_path
-    from studies.plan import Plan as Plan
-    from studies.runner import run as run
-    from studies.study import Study as Study
+    from studies.running.runner import run as run
+    from studies.store.files import open as open
 
 _HOME = {
-    "Study": "study",
+    "Study": "design.study",
     "StudyError": "errors",
-    "Plan": "plan",
-    "run": "runner",
-    "open": "files",
-    "check": "checking",
-    "Catalog": "catalog",
+    "Plan": "design.plan",
+    "run": "running.runner",
+    "open": "store.files",
+    "check": "archive.checking",
+    "Catalog": "archive.catalog",
     "plot": "plot",
     "loading_path": "loading",
     "to_dataset": "answers",

@@ -15,11 +15,11 @@ from xarray import DataArray, Dataset
 import studies
 from elastica.codes import Stability, Status
 from elastica.solution import solve
-from elastica.states import parse_state
+from elastica.state import parse_state
 from elastica.strip import Strip
+from studies.design.study import Study
 from studies.errors import StudyError
 from studies.schema import CONTROLS, COORDINATES, TRANSITIONS, VARIABLES, control_of
-from studies.study import Study
 from studies.units import dimensionless, physical
 
 if TYPE_CHECKING:

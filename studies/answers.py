@@ -1,13 +1,13 @@
 """Answers of `elastica` as labelled datasets, with the names, units and meanings of `schema`.
 
-Left out: datasets of whole studies (`runner`), loading paths (`loading`).
+Not here: datasets of whole studies (`runner`), loading paths (`loading`).
 """
 
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from elastica.catalogue import FoundStates
+from elastica.finding import FoundStates
 from elastica.labelled import LabelledSolution
 from elastica.solution import Solution
 from studies.errors import StudyError

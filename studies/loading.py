@@ -1,6 +1,6 @@
 """Quasi-static loading: a strip that is pushed and released slowly, as one dataset along its steps.
 
-Left out: the mechanics of a lost state (`elastica.quasistatic`).
+Not here: the mechanics of a lost state (`elastica.paths.quasistatic`).
 """
 
 from typing import TYPE_CHECKING
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from elastica.codes import Stability
 from elastica.ends import parse_ends
 from elastica.inputs import read_number, read_numbers
-from elastica.quasistatic import Loading
+from elastica.paths.quasistatic import Loading
 from elastica.solution import LARGEST_LOAD, SMALLEST_GAP
 from studies.errors import StudyError
 from studies.schema import VARIABLES

@@ -31,7 +31,7 @@ that is said here, and xarray, MATLAB, Julia or R read it.
   merged), `format_version`, versions of the code and libraries, `history`, and `content_hash` over all
   values, which `elastica check` verifies. Every chunk carries a checksum.
 
-Left out: how they are computed (`evaluate`) and written (`files`).
+Not here: how they are computed (`evaluate`) and written (`files`).
 """
 
 from typing import NamedTuple
@@ -236,7 +236,7 @@ def coordinates(ends, H, control, given, names, outputs):
         What is prescribed, "P" or "shortening".
     given : sequence of float
         Its values.
-    outputs : studies.tables.Outputs
+    outputs : studies.design.tables.Outputs
 
     Returns
     -------

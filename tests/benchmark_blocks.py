@@ -15,8 +15,9 @@ from pathlib import Path
 import psutil
 from distributed import Client
 
-from studies import Study, runner
-from studies.runner import Policy
+from studies import Study
+from studies.running import runner
+from studies.running.runner import Policy
 
 POINTS = 10
 CONTENT = {"study": {"name": "blocks"}, "states": {"names": ["0"]}}

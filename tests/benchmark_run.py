@@ -17,10 +17,10 @@ from statistics import median
 import psutil
 
 from studies import Study
-from studies.evaluate import evaluate
-from studies.files import opened
-from studies.runner import Policy, compute
+from studies.running.evaluate import evaluate
+from studies.running.runner import Policy, compute
 from studies.sandbox import OWN
+from studies.store.files import opened
 
 CONTENT = {
     "study": {"name": "overhead"},

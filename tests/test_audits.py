@@ -4,7 +4,7 @@ import numpy as np
 
 import elastica
 from elastica import Event, Status
-from elastica.states import parse_state
+from elastica.state import parse_state
 
 FIND_AGAIN = 4
 """A root may have another number at prescribed shortening."""

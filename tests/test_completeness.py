@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import elastica
-from elastica.states import parse_state
+from elastica.state import parse_state
 
 REFERENCES = json.loads((Path(__file__).parent / "references" / "equilibria.json").read_text())
 LARGEST_LOAD = 12.0

@@ -7,10 +7,10 @@ from brute_force.chain import minimise
 
 import elastica
 import studies
-from elastica.arcs import arc_through
 from elastica.ends import parse_ends
-from elastica.euler import euler_root
-from elastica.quasistatic import CHAINS, Loading
+from elastica.equilibria.euler import euler_root
+from elastica.paths.arcs import arc_through
+from elastica.paths.quasistatic import CHAINS, Loading
 from elastica.scales import FOUR_PI_SQUARED
 from studies import StudyError, loading_path
 

@@ -9,8 +9,8 @@ import elastica
 import studies
 from elastica import Status
 from studies.command_line import main
-from studies.files import identify
-from studies.study import Study
+from studies.design.study import Study
+from studies.store.files import identify
 
 NO, SOLVED, LOST = Status.NO_EQUILIBRIUM, Status.SOLVED, Status.NOT_FOLLOWED
 

@@ -5,8 +5,8 @@ import pytest
 from scipy.linalg import eigh, null_space
 
 import elastica
-from elastica.spectrum import eigenvalues
-from elastica.vibration import frequencies
+from elastica.stability.spectrum import eigenvalues
+from elastica.stability.vibration import frequencies
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 FOUR_PI_SQUARED = 4 * np.pi**2

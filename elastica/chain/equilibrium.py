@@ -9,7 +9,7 @@
 The first block is tridiagonal, all others are narrow: a step costs O(N). When a cut passes from one link to
 the next all equations stay continuous and their slopes jump a little; Newton's method does not mind.
 
-Left out: where to start (`start`), what a state means (`properties`, `verdict`).
+Not here: where to start (`start`), what a state means (`properties`, `verdict`).
 """
 
 from typing import NamedTuple

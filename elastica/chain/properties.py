@@ -1,6 +1,6 @@
 """What is known of a chain in equilibrium: heights, curvature, energies, admissibility.
 
-Left out: index and verdict (`verdict`), eigenvalues (`spectrum`).
+Not here: index and verdict (`verdict`), eigenvalues (`spectrum`).
 """
 
 from typing import NamedTuple

@@ -17,9 +17,9 @@ from elastica.ends import parse_ends
 from elastica.inputs import broadcast
 from elastica.shapes import Shape
 from elastica.solution import Solution, blank, label, prescribed, unusable
-from elastica.spectrum import Conventional
 from elastica.spelling import did_you_mean
-from elastica.states import parse_state
+from elastica.stability.spectrum import Conventional
+from elastica.state import parse_state
 
 CLAMPS = ("consistent", "published")
 LINKS = 400

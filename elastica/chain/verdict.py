@@ -24,7 +24,7 @@ from elastica.chain.bordered import Bordered, count_below
 from elastica.chain.published import published_variation
 from elastica.chain.second_variation import contact_curvatures, second_variation
 from elastica.codes import Stability
-from elastica.stability import verdict
+from elastica.stability.index import verdict
 
 ROUNDING_PER_LINK = 8 * np.finfo(float).eps
 FIRST_ORDER = 1 / 4

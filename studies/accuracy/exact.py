@@ -5,7 +5,7 @@ import time
 import numpy as np
 
 import elastica
-from elastica.spectrum import eigenvalues
+from elastica.stability.spectrum import eigenvalues
 from studies.accuracy.scenes import SAMPLES, Answer
 
 SPREAD = 0.1

@@ -17,9 +17,9 @@ from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 from threadpoolctl import threadpool_limits
 
 import elastica
-from elastica.elliptic import integrals
+from elastica.pendulum.elliptic import integrals
+from elastica.pendulum.segments import pendulum
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.segments import pendulum
 
 EVALUATIONS = 4
 STATES = {"U": (1.05, 3.9, 1), "UD": (4.2, 8.8, 2), "UDU": (9.5, 15.5, 2)}

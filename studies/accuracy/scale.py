@@ -20,10 +20,10 @@ from matplotlib.figure import Figure
 
 from studies.accuracy.files import machine
 from studies.accuracy.storage import LAYOUTS, stored
+from studies.design.tables import MOST_POINTS
 from studies.errors import StudyError
-from studies.files import opened
-from studies.shards import folder_of
-from studies.tables import MOST_POINTS
+from studies.store.files import opened
+from studies.store.shards import folder_of
 
 STUDY = """
 [study]

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from studies.files import opened
-from studies.layout import CHUNK_BYTES, COMPRESSION
+from studies.store.files import opened
+from studies.store.layout import CHUNK_BYTES, COMPRESSION
 
 PLANES = "status", "stability", "energy"
 """What is read of one state, for a chart of each kind."""

@@ -31,7 +31,7 @@ def catalog():
 @JSON
 def list_all(folder, as_json):
     """List what is in the catalogue."""
-    from studies.catalog import Catalog
+    from studies.archive.catalog import Catalog
 
     _show(Catalog.read(folder), as_json)
 
@@ -47,7 +47,7 @@ def list_all(folder, as_json):
 @JSON
 def find(folder, as_json, **query):
     """Find the datasets that hold a state, an end condition, a gap, a load."""
-    from studies.catalog import Catalog
+    from studies.archive.catalog import Catalog
 
     everything = Catalog.read(folder)
     found = everything.find(**query)
@@ -89,7 +89,7 @@ def _name_bad(catalog):
 @FOLDER
 def add(file, folder):
     """Move a dataset into the catalogue."""
-    from studies.archive import add as add_file
+    from studies.archive.archive import add as add_file
 
     say(f"{folder / add_file(folder, file)}")
 
@@ -105,9 +105,9 @@ def add(file, folder):
 @FOLDER
 def verify(folder, sample):
     """Check every dataset: its hash, its attributes, and a sample of its values."""
-    from studies.archive import strays
-    from studies.archive import verify as verify_all
-    from studies.catalog import Catalog
+    from studies.archive.archive import strays
+    from studies.archive.archive import verify as verify_all
+    from studies.archive.catalog import Catalog
 
     everything = Catalog.read(folder)
     bad = 0

@@ -30,7 +30,7 @@ from studies.command_line.options import (
 @click.option("--seed", type=click.IntRange(min=0), help="Which ones.  [default: others every time]")
 def check(file, sample, seed):
     """Verify a dataset and say what is in it."""
-    from studies.checking import check as check_file
+    from studies.archive.checking import check as check_file
 
     report, problems = check_file(file, sample, seed)
     for line in report:
@@ -60,9 +60,9 @@ def plot(file, kind, output, **options):
     """Draw a dataset."""
     from studies import plot as figures
     from studies.errors import StudyError
-    from studies.files import identify
-    from studies.files import open as open_dataset
     from studies.schema import control_of
+    from studies.store.files import identify
+    from studies.store.files import open as open_dataset
 
     arguments = _arguments(kind, options)
     output = output or file.with_name(file.stem + f"-{kind}" * (kind != "chart") + ".png")

@@ -154,7 +154,7 @@ def _parts(text):
 
 
 def _is_state(text):
-    from elastica.states import GRAMMAR
+    from elastica.state import GRAMMAR
 
     return GRAMMAR.fullmatch(text) is not None
 

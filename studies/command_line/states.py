@@ -145,8 +145,8 @@ def _in_words(answer):
 @JSON
 def states(ends, max_contacts, loads, shortenings, gaps, as_json):
     """List the names of states; with --H and --P or --shortening, the equilibria there."""
-    from elastica.catalogue import find_states
-    from elastica.states import states as names_of_states
+    from elastica.finding import find_states
+    from elastica.state import states as names_of_states
     from studies.errors import StudyError
 
     if not (loads or shortenings or gaps):
@@ -186,7 +186,7 @@ def _headed(table, heading, several):
 @JSON
 def transitions(names, ends, gaps, control, P_max, as_json):
     """List where states begin and end, and where their stability changes."""
-    from elastica.transitions import transitions as events_of
+    from elastica.paths.transitions import transitions as events_of
 
     rows, tables = [], []
     asked = list(product(names, ends))

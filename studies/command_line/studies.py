@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from studies.cluster import QUEUES
 from studies.command_line.group import FAILED_POINTS, INTERRUPTED, main, say
 from studies.command_line.options import FORCE, OUTPUT, REUSE, STUDY, Address, Choice, Output, Whole
+from studies.running.cluster import QUEUES
 
 
 class Part(click.ParamType):
@@ -68,15 +68,15 @@ def run(
     force_unlock,
 ):
     """Compute a study and write its dataset."""
-    from studies.cluster import queued_cluster, running_cluster
+    from studies.design.plan import Plan
+    from studies.design.study import Study
     from studies.errors import StudyError
-    from studies.known import lend
-    from studies.output import is_settled
-    from studies.plan import Plan
     from studies.progress import note
-    from studies.runner import Policy, compute
-    from studies.shards import folder_of
-    from studies.study import Study
+    from studies.running.cluster import queued_cluster, running_cluster
+    from studies.running.output import is_settled
+    from studies.running.runner import Policy, compute
+    from studies.store.reuse import lend
+    from studies.store.shards import folder_of
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
@@ -125,7 +125,7 @@ def merge(ctx, files, output, fill):
 
     Nothing is computed unless --fill says so: what the files lack is told, with the time it would take.
     """
-    from studies.merging import merge as merge_files
+    from studies.running.merging import merge as merge_files
 
     merge_files(files, output, fill)
     _summarise(ctx, output)
@@ -139,10 +139,10 @@ def merge(ctx, files, output, fill):
 @click.pass_context
 def reduce(ctx, study, output, reuse, force_unlock):
     """Join the parts that jobs with --shard have computed; with the --reuse that they had."""
-    from studies.known import lend
-    from studies.plan import Plan
-    from studies.runner import is_done, join
-    from studies.study import Study
+    from studies.design.plan import Plan
+    from studies.design.study import Study
+    from studies.running.runner import is_done, join
+    from studies.store.reuse import lend
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
@@ -154,9 +154,9 @@ def reduce(ctx, study, output, reuse, force_unlock):
 def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
     from elastica.codes import Stability, Status
-    from studies.files import opened
     from studies.progress import note
     from studies.schema import TRANSITIONS_FAILED
+    from studies.store.files import opened
 
     with opened(output) as dataset:
         status, stability = (dataset.variables[name][:] for name in ("status", "stability"))
@@ -184,9 +184,9 @@ def _summarise(ctx, output):
 @click.option("--workers", type=Whole(min=1), help="Default: all processors.")
 def plan(study, workers):
     """Say what a run would compute, how large and how long; solve nothing."""
-    from studies.plan import Plan
-    from studies.study import Study
-    from studies.workers import processors
+    from studies.design.plan import Plan
+    from studies.design.study import Study
+    from studies.running.threads import processors
 
     for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
         say(line)

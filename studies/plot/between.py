@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
-from elastica.stable import stable_energy
-from elastica.states import parse_state
+from elastica.paths.stable import stable_energy
+from elastica.state import parse_state
 
 ABOVE = 1e-6
 """Part of a load by which what happens at a load is over."""

@@ -7,8 +7,8 @@ about to vanish there names the event.
 import numpy as np
 
 from elastica.codes import Status
+from elastica.paths.stable import stable_energy
 from elastica.solution import solve
-from elastica.stable import stable_energy
 from studies.plot.regions import trace
 from studies.plot.style import Boundary
 

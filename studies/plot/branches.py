@@ -1,6 +1,6 @@
 """Branches of states over the load at one gap, cut where their verdict changes, and jumps between them.
 
-Where a strip jumps to is told by what loading paths ask as well (`elastica.quasistatic`).
+Where a strip jumps to is told by what loading paths ask as well (`elastica.paths.quasistatic`).
 
 Of the exact method the cuts are narrowed down and the pieces sampled afresh, densely at both ends, where
 folds have vertical tangents. Of a chain, and at prescribed shortening, a piece has the values of the file.
@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.catalogue import search
 from elastica.codes import Stability, Status
 from elastica.ends import parse_ends
-from elastica.quasistatic import Loading
+from elastica.finding import search
+from elastica.paths.quasistatic import Loading
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
 from studies.plot.boundaries import event_at

@@ -18,10 +18,10 @@ from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
 
-from elastica.catalogue import POTENTIAL
 from elastica.codes import Status
+from elastica.finding import POTENTIAL
+from elastica.paths.stable import stable_energy
 from elastica.solution import solve
-from elastica.stable import stable_energy
 from studies.errors import StudyError
 from studies.plot.between import FIRST, UNFOLLOWED, Between, marks, nearest
 from studies.plot.boundaries import curves_between

@@ -1,6 +1,6 @@
 """What a picture needs of a dataset: planes of one state at a time, no finer than the picture.
 
-Left out: what lies between the grid points (`regions`).
+Not here: what lies between the grid points (`regions`).
 """
 
 import json
@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.catalogue import POTENTIAL
 from elastica.codes import Stability, Status
+from elastica.finding import POTENTIAL
 from elastica.solution import LARGEST_LOAD
 from elastica.spelling import did_you_mean
-from elastica.states import MOST_ENUMERATED, is_canonical, parse_state
+from elastica.state import MOST_ENUMERATED, is_canonical, parse_state
 from studies.errors import StudyError
 from studies.plot.regions import FINE
 from studies.plot.style import listed, shortest_first

@@ -4,7 +4,7 @@ import sys
 from contextlib import ExitStack
 
 from studies import Study, StudyError, run
-from studies.cluster import running_cluster
+from studies.running.cluster import running_cluster
 
 
 def main(study, out, where):

@@ -15,12 +15,13 @@ from end_to_end.processes import elastica, start
 from netCDF4 import Dataset
 
 import studies
-from studies import Study, archive
-from studies.archive import _write
-from studies.catalog import Catalog
+from studies import Study
+from studies.archive import archive
+from studies.archive.archive import _write
+from studies.archive.catalog import Catalog
 from studies.command_line import main
-from studies.files import content_hash
-from studies.lock import one_at_a_time
+from studies.running.lock import one_at_a_time
+from studies.store.files import content_hash
 
 CATALOGS = Path(__file__).parents[2] / "catalogs"
 SHIPPED = CATALOGS / "clamped-and-pinned.nc"

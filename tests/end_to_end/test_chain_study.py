@@ -8,8 +8,8 @@ import xarray as xr
 
 import studies
 from elastica.codes import Stability, Status
+from studies.design.study import Study
 from studies.errors import StudyError
-from studies.study import Study
 
 GRID = {"ends": ["clamped-clamped", "pinned-pinned"], "H": [0.05, 0.1], "P": [0.5, 2.5, 4.5]}
 

@@ -13,14 +13,15 @@ from end_to_end.conftest import TOML
 from end_to_end.processes import ByHand, elastica
 
 import studies
-from studies import Study, StudyError, cluster, dispatch, runner
-from studies.blocks import prove, versions
-from studies.cluster import queued_cluster, running_cluster
+from studies import Study, StudyError
 from studies.command_line import main
-from studies.files import identify
-from studies.study import NUMERICS_VERSION
+from studies.design.study import NUMERICS_VERSION
+from studies.running import cluster, dispatch, runner
+from studies.running.cluster import queued_cluster, running_cluster
+from studies.running.worker import prove, versions
+from studies.store.files import identify
 
-STRANGE = "import studies.blocks; studies.blocks.versions = lambda: (('numerics', '0'),); "
+STRANGE = "import studies.running.worker; studies.running.worker.versions = lambda: (('numerics', '0'),); "
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import elastica
 import studies
 from elastica import Stability, Status
 from studies import Study
-from studies.files import identify
+from studies.store.files import identify
 
 CONTENT = {
     "study": {"name": "short"},
@@ -88,7 +88,7 @@ def test_the_chart_has_the_shortening_as_its_axis_and_no_curves_of_load_control(
 
 
 def test_failures_say_where_on_the_shortening_axis(study, tmp_path, monkeypatch):
-    from studies import evaluate
+    from studies.running import evaluate
 
     original = evaluate.solve
 

@@ -8,7 +8,7 @@ from compliance_checker.runner import CheckSuite, ComplianceChecker
 import elastica
 import studies
 from elastica import Stability, Status
-from studies.files import content_hash, identify, opened
+from studies.store.files import content_hash, identify, opened
 
 
 @pytest.fixture(scope="module")

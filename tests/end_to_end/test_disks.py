@@ -7,9 +7,9 @@ import subprocess
 import pytest
 from end_to_end.processes import COMMAND
 
-from studies.files import identify
-from studies.runner import Policy, compute
-from studies.shards import find_shards, folder_of
+from studies.running.runner import Policy, compute
+from studies.store.files import identify
+from studies.store.shards import find_shards, folder_of
 
 
 def on_a_disk(options, script, folder):

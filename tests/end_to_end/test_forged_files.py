@@ -9,7 +9,7 @@ import studies
 from elastica.codes import Stability, Status
 from studies import Study
 from studies.command_line import main
-from studies.layout import write_failures
+from studies.store.layout import write_failures
 
 
 def without_verdicts(dataset):

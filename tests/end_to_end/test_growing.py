@@ -11,11 +11,12 @@ from end_to_end.conftest import CONTENT
 
 import studies
 from elastica import Status
-from studies import Study, StudyError, runner
+from studies import Study, StudyError
 from studies.command_line import main
-from studies.files import content_hash, identify, opened
-from studies.merging import merge
-from studies.study import NUMERICS_VERSION
+from studies.design.study import NUMERICS_VERSION
+from studies.running import runner
+from studies.running.merging import merge
+from studies.store.files import content_hash, identify, opened
 
 
 def part(**axes):
@@ -279,7 +280,7 @@ def led_elsewhere(old, other):
 )
 def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeypatch, change, moment):
     """Whenever it is changed, nothing is written; what is computed is kept, and serves when it is back."""
-    from studies import known, reduction
+    from studies.store import joining, reuse
 
     small = changed(part(), states={"names": ["0", "U"]}, outputs={})
     wide = changed(small, grid={"ends": ["clamped-clamped"], "H": [0.08, 0.12], "P": [1.8, 3.4, 5.0, 6.0]})
@@ -304,17 +305,17 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
         monkeypatch.setattr(module, name, changing)
 
     if moment == "planning":
-        at(known, "lend")
-        monkeypatch.setattr(runner, "lend", known.lend)
+        at(reuse, "lend")
+        monkeypatch.setattr(runner, "lend", reuse.lend)
     elif moment == "computing":
         at(runner, "compute_block")
     elif moment == "joining":
         at(runner, "survey")
     elif moment == "reading":
-        at(reduction, "read_points")
+        at(joining, "read_points")
     else:
-        at(known, "content_hash")
-        monkeypatch.setattr(known, "read_apart", lambda function, *arguments: function(*arguments))
+        at(reuse, "content_hash")
+        monkeypatch.setattr(reuse, "read_apart", lambda function, *arguments: function(*arguments))
     with pytest.raises(StudyError, match=r"old\.nc: this file was changed, or replaced by another, since"):
         compute(wide, tmp_path / "wide.nc", reuse=proved)
     assert done == [None]

@@ -11,9 +11,9 @@ from netCDF4 import Dataset
 import studies
 from studies.command_line import main
 from studies.errors import StudyError
-from studies.files import content_hash, identify
-from studies.layout import write_failures
 from studies.sandbox import call
+from studies.store.files import content_hash, identify
+from studies.store.layout import write_failures
 
 
 def edited(source, target, edit):

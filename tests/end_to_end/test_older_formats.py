@@ -6,10 +6,10 @@ import pytest
 
 import studies
 from elastica.codes import Status
+from studies.design.study import NUMERICS_VERSION, Study
 from studies.errors import StudyError
-from studies.files import content_hash, opened
-from studies.merging import merge
-from studies.study import NUMERICS_VERSION, Study
+from studies.running.merging import merge
+from studies.store.files import content_hash, opened
 
 
 def computed(H, path, **outputs):

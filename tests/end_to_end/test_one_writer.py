@@ -10,8 +10,8 @@ from end_to_end.conftest import TOML
 from end_to_end.processes import elastica, poisoned, start
 
 from studies import StudyError
-from studies.files import identify
-from studies.lock import sole_writer
+from studies.running.lock import sole_writer
+from studies.store.files import identify
 
 
 @pytest.fixture

@@ -16,14 +16,14 @@ from end_to_end.processes import elastica
 
 import studies
 from studies import Study, StudyError
-from studies.archive import add
-from studies.catalog import INDEX
-from studies.files import identify
-from studies.lock import one_at_a_time, sole_writer
-from studies.output import is_done
-from studies.runner import Policy, compute, join
-from studies.shards import PROBE, folder_of
-from studies.whole_files import sync, written_whole
+from studies.archive.archive import add
+from studies.archive.catalog import INDEX
+from studies.running.lock import one_at_a_time, sole_writer
+from studies.running.output import is_done
+from studies.running.runner import Policy, compute, join
+from studies.store.files import identify
+from studies.store.shards import PROBE, folder_of
+from studies.store.whole_files import sync, written_whole
 
 STUDY = Study.from_dict(
     {
@@ -56,7 +56,7 @@ def nothing_is_computed(monkeypatch):
     def never(*_):
         raise AssertionError("a block is computed")
 
-    return lambda: monkeypatch.setattr("studies.runner.compute_block", never)
+    return lambda: monkeypatch.setattr("studies.running.runner.compute_block", never)
 
 
 def names(folder):
@@ -91,9 +91,10 @@ def test_a_join_that_was_killed_leaves_nothing_after_the_next_run(out, nothing_i
     killed = """
 import json, os, sys
 from pathlib import Path
-from studies import Study, reduction
-from studies.runner import join
-reduction.content_hash = lambda _: os.kill(os.getpid(), 9)
+from studies import Study
+from studies.store import joining
+from studies.running.runner import join
+joining.content_hash = lambda _: os.kill(os.getpid(), 9)
 out = Path(sys.argv[1])
 join(Study.from_dict(json.loads(out.with_suffix(".json").read_text())).plan(block_points=1), out)
 """
@@ -123,7 +124,7 @@ def test_what_a_living_run_writes_is_not_cleared_away(out):
 def test_a_file_that_appears_during_the_run_is_kept_and_so_are_the_shards(
     out, monkeypatch, nothing_is_computed, links
 ):
-    from studies import reduction
+    from studies.store import joining
 
     def seen(path):
         out.write_text("my thesis")
@@ -132,7 +133,7 @@ def test_a_file_that_appears_during_the_run_is_kept_and_so_are_the_shards(
     def refused(*_):
         raise PermissionError(errno.EPERM, "no hard links here")
 
-    monkeypatch.setattr(reduction, "content_hash", seen)
+    monkeypatch.setattr(joining, "content_hash", seen)
     if not links:
         monkeypatch.setattr(os, "link", refused)
     with pytest.raises(StudyError, match=r"tiny\.nc: this file appeared while .*left as it is; move it away"):
@@ -203,7 +204,7 @@ def test_a_study_file_whose_name_is_not_utf8_is_computed_and_its_command_is_kept
 
 
 def test_a_file_that_is_replaced_while_it_enters_a_catalogue_is_refused(out, monkeypatch):
-    from studies import archive
+    from studies.archive import archive
 
     studies.run(STUDY, out, workers=0).close()
     proved, original = out.read_bytes(), archive._sha256

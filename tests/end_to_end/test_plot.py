@@ -18,7 +18,7 @@ from references.onsets import loads
 
 import elastica
 import studies
-from elastica.stable import stable_energy
+from elastica.paths.stable import stable_energy
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.plot.branches import branches, jumps

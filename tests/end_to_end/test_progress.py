@@ -13,7 +13,7 @@ from end_to_end.conftest import TOML
 from end_to_end.processes import COMMAND
 
 from studies import progress
-from studies.files import identify
+from studies.store.files import identify
 
 
 def closed():

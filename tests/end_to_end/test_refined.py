@@ -8,12 +8,13 @@ from end_to_end.test_growing import altered
 
 import studies
 from elastica import Status
-from studies import Study, StudyError, runner
+from studies import Study, StudyError
 from studies.command_line import main
-from studies.files import identify
-from studies.merging import merge
 from studies.plot import chart
-from studies.runner import Policy, compute, join
+from studies.running import runner
+from studies.running.merging import merge
+from studies.running.runner import Policy, compute, join
+from studies.store.files import identify
 
 TOML = """
 [study]

@@ -8,9 +8,9 @@ from distributed import Client, LocalCluster
 import studies
 from elastica import Status
 from studies import StudyError
-from studies.files import content_hash, identify, opened
-from studies.runner import Policy, compute, is_done, join
-from studies.shards import find_shards, folder_of
+from studies.running.runner import Policy, compute, is_done, join
+from studies.store.files import content_hash, identify, opened
+from studies.store.shards import find_shards, folder_of
 
 
 @pytest.mark.parametrize(("workers", "block_points"), [(0, 5), (0, 17), (1, None), (2, 24)])
@@ -42,7 +42,7 @@ def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_pa
     out = tmp_path / "small.nc"
     plan = study.plan(block_points=24)
     calls = []
-    from studies import runner
+    from studies.running import runner
 
     original = runner.compute_block
 
@@ -107,7 +107,7 @@ def test_what_is_computed_needs_no_cluster_and_a_killed_one_leaves_no_certificat
 
 
 def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypatch):
-    from studies import evaluate
+    from studies.running import evaluate
 
     original = evaluate.search
 
@@ -128,7 +128,7 @@ def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypat
 
 
 def test_a_finished_study_is_opened_and_another_one_refused(study, dataset_file, monkeypatch):
-    monkeypatch.setattr("studies.runner.compute", None)
+    monkeypatch.setattr("studies.running.runner.compute", None)
     before = dataset_file.read_bytes()
     studies.run(study, out=dataset_file).close()
     wider = study.model_copy(update={"grid": study.grid.model_copy(update={"H": (0.04, 0.21)})})
@@ -185,7 +185,7 @@ def test_shards_and_datasets_of_other_numerics_are_not_reused(study, dataset_fil
     plan, out = study.plan(block_points=60), tmp_path / "small.nc"
     compute(plan, out, Policy(workers=0, part=(1, 2)))
     assert len(find_shards(folder_of(out), plan.blocks, study.identity)) == 1
-    monkeypatch.setattr("studies.study.NUMERICS_VERSION", 999)
+    monkeypatch.setattr("studies.design.study.NUMERICS_VERSION", 999)
     assert find_shards(folder_of(out), plan.blocks, study.identity) == {}
     with pytest.raises(StudyError, match="another version of the numerics"):
         is_done(study, dataset_file)
@@ -237,8 +237,8 @@ def test_joining_opens_each_shard_twice_however_many_there_are(study, tmp_path, 
         opened_paths.append(str(path))
         return opened(path, *mode)
 
-    monkeypatch.setattr("studies.sources.opened", counted)
-    monkeypatch.setattr("studies.layout.CHUNK_BYTES", 100)
+    monkeypatch.setattr("studies.store.sources.opened", counted)
+    monkeypatch.setattr("studies.store.layout.CHUNK_BYTES", 100)
     compute(plan, tmp_path / "small.nc", Policy(workers=0))
     assert len(plan.blocks) == 20
     assert sum(".shards" in path for path in opened_paths) == 2 * len(plan.blocks)

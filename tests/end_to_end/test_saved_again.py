@@ -8,7 +8,7 @@ import xarray as xr
 import elastica
 import studies
 from studies import Study, StudyError
-from studies.files import content_hash, identify, opened
+from studies.store.files import content_hash, identify, opened
 
 ENGINES = ["netcdf4", "h5netcdf"]
 

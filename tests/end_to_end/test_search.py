@@ -8,8 +8,9 @@ import pytest
 import elastica
 import studies
 from elastica import Status
-from studies import Study, evaluate
-from studies.files import identify
+from studies import Study
+from studies.running import evaluate
+from studies.store.files import identify
 
 CONTENT = {
     "study": {"name": "roots"},

@@ -10,12 +10,12 @@ import numpy as np
 import xarray as xr
 
 import studies
-from studies.access import ACCESS
+from studies.store.access import ACCESS
 
 READERS = """
 import gc, sys, threading
 import studies, xarray
-from studies.files import content_hash
+from studies.store.files import content_hash
 path, foreign = sys.argv[1:]
 whole = studies.open(path).load()
 problems = []

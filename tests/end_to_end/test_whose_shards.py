@@ -6,12 +6,13 @@ import pytest
 from click.testing import CliRunner
 
 import studies
-from studies import Study, StudyError, provenance
+from studies import Study, StudyError
 from studies.command_line import main
-from studies.files import identify
-from studies.output import is_done
-from studies.runner import Policy, compute
-from studies.shards import find_shards, folder_of
+from studies.running.output import is_done
+from studies.running.runner import Policy, compute
+from studies.store import provenance
+from studies.store.files import identify
+from studies.store.shards import find_shards, folder_of
 
 CONTENT = {
     "study": {"name": "tiny", "title": "Before"},
@@ -37,7 +38,7 @@ def out(tmp_path):
 @pytest.fixture
 def blocks_computed(monkeypatch):
     """Blocks that runs compute from here on."""
-    from studies import runner
+    from studies.running import runner
 
     done, original = [], runner.compute_block
     monkeypatch.setattr(runner, "compute_block", lambda *a: done.append(a[0]) or original(*a))
@@ -53,14 +54,14 @@ def test_shards_by_other_versions_are_told_computed_again_and_kept(
     out, monkeypatch, capsys, blocks_computed, library
 ):
     here = provenance.decisive_versions()
-    monkeypatch.setattr("studies.shards.decisive_versions", lambda: here | {library: "0.9"})
+    monkeypatch.setattr("studies.store.shards.decisive_versions", lambda: here | {library: "0.9"})
     compute(plan(), out, Policy(workers=0, part=(1, 2)))
     monkeypatch.undo()
     theirs = names(folder_of(out))
     assert len(theirs) == 2
     assert find_shards(folder_of(out), plan().blocks, plan().identity) == {}
     with pytest.raises(StudyError, match="4 of 4 shards are missing"):
-        studies.runner.join(plan(), out)
+        studies.running.runner.join(plan(), out)
     capsys.readouterr()
     blocks_computed.clear()
     compute(plan(), out, HERE)
@@ -73,7 +74,7 @@ def test_shards_by_other_versions_are_told_computed_again_and_kept(
 def test_versions_of_what_only_carries_values_may_differ(out, monkeypatch):
     compute(plan(), out, Policy(workers=0, part=(1, 2)))
     assert set(provenance.decisive_versions()) == {"numerics", "constrained-elastica", "numpy", "scipy"}
-    monkeypatch.setattr("studies.blocks.CARRIERS", ("netCDF4",))
+    monkeypatch.setattr("studies.running.worker.CARRIERS", ("netCDF4",))
     assert len(find_shards(folder_of(out), plan().blocks, plan().identity)) == 2
 
 
@@ -166,7 +167,7 @@ def test_identity_of_results_is_not_that_of_texts():
 
 def test_a_dataset_whose_study_cannot_be_read_is_another_study(out):
     studies.run(study(), out, workers=0).close()
-    from studies.files import opened
+    from studies.store.files import opened
 
     with opened(out, "a") as dataset:
         dataset.setncatts({"config_json": json.dumps({"study": {}}), "study_id": "0" * 32})

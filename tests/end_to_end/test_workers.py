@@ -13,8 +13,8 @@ from end_to_end.conftest import TOML
 from end_to_end.processes import poisoned, start
 
 import studies
-from studies import workers
-from studies.files import identify
+from studies.running import threads
+from studies.store.files import identify
 
 STUDY = TOML.replace("num = 12", "num = 4").replace("eigenvalues = 3\nshapes = 11", "")
 HANG = ("clamped-pinned", 0.2, 4.6)
@@ -143,7 +143,7 @@ def test_a_stopped_run_goes_on_in_the_same_process(tmp_path, content, monkeypatc
     """As in a notebook: what was under way has ended, and the next run has workers of its own."""
     (tmp_path / "small.toml").write_text(STUDY)
     study, before = studies.Study.from_toml(tmp_path / "small.toml"), set(threading.enumerate())
-    from studies import runner
+    from studies.running import runner
 
     def interrupted(results, folder):
         yield next(results)
@@ -180,7 +180,7 @@ def test_a_quota_of_processors_is_respected(groups, files, most, tmp_path, monke
         path = tmp_path / "fs" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{text}\n")
-    monkeypatch.setattr(workers, "GROUPS", tmp_path / "cgroup")
-    monkeypatch.setattr(workers, "QUOTAS", tmp_path / "fs")
+    monkeypatch.setattr(threads, "GROUPS", tmp_path / "cgroup")
+    monkeypatch.setattr(threads, "QUOTAS", tmp_path / "fs")
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: range(8), raising=False)
-    assert workers.processors() == most
+    assert threads.processors() == most

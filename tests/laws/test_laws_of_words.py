@@ -10,9 +10,9 @@ from references.onsets import loads
 
 import elastica
 from elastica import Stability, Status
-from elastica.catalogue import search
 from elastica.ends import parse_ends
-from elastica.euler import euler_root
+from elastica.equilibria.euler import euler_root
+from elastica.finding import search
 
 FOUR_PI_SQUARED = 4 * np.pi**2
 ALLOWED = ("clamped-clamped", "clamped-pinned", "pinned-pinned", "0.3/2.5", "2.5/0.3", "clamped/0.05", "1/1")

@@ -7,10 +7,10 @@ import ctypes
 import os
 import time
 
-import studies.evaluate
+import studies.running.evaluate
 
 ENDS, H, P = os.environ["POISON_POINT"].split()
-SEARCH, SOLVE = studies.evaluate.search, studies.evaluate.solve
+SEARCH, SOLVE = studies.running.evaluate.search, studies.running.evaluate.solve
 
 
 def crash():
@@ -50,4 +50,4 @@ def harm(ends, given, gaps):
         DEATHS[os.environ["POISON"]]()
 
 
-studies.evaluate.search, studies.evaluate.solve = poisoned, poisoned_alone
+studies.running.evaluate.search, studies.running.evaluate.solve = poisoned, poisoned_alone

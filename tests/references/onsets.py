@@ -11,10 +11,10 @@ import numpy as np
 from scipy.optimize.elementwise import find_root
 
 from elastica.ends import parse_ends
-from elastica.euler import euler_root
+from elastica.equilibria.euler import euler_root
+from elastica.equilibria.sweep import LINE_FOLD
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
-from elastica.sweep import LINE_FOLD
 
 WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
 """Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""

@@ -7,7 +7,7 @@ import elastica
 import studies
 from elastica import Status
 from elastica.ends import parse_ends
-from elastica.euler import euler_root
+from elastica.equilibria.euler import euler_root
 
 STUDY = {"study": {"name": "bad"}, "states": {"names": ["U"]}}
 

@@ -10,7 +10,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 from elastica.blas import single_threaded
-from elastica.legendre import gauss_legendre
+from elastica.stability.quadrature import gauss_legendre
 
 MANY = """
 import sys

@@ -2,7 +2,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from elastica.elliptic import integrals
+from elastica.pendulum.elliptic import integrals
 
 NEAR_ZERO = 10.0 ** np.arange(-16, 0.0)
 PARAMETERS = np.concatenate([1 - NEAR_ZERO, [0.5, 0.2, 0.05, 0.049], 10.0 ** -np.arange(2.0, 17)])

@@ -5,16 +5,17 @@ from collections import Counter
 import pytest
 
 import elastica
-from elastica import elements, shapes, spectrum, vibration
+from elastica import shapes
+from elastica.stability import legendre, spectrum, vibration
 from studies import Study
-from studies.evaluate import evaluate
-from studies.plan import Plan
+from studies.design.plan import Plan
+from studies.running.evaluate import evaluate
 
 PARTS = (
     (spectrum, "eigenvalues"),
     (vibration, "frequencies"),
     (shapes, "sample"),
-    (elements, "quadratic_forms"),
+    (legendre, "quadratic_forms"),
     (spectrum, "quadratic_forms"),
     (vibration, "quadratic_forms"),
 )

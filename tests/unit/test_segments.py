@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from elastica.segments import (
+from elastica.pendulum.segments import (
     HALF,
     Kind,
     arc,

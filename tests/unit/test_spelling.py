@@ -3,7 +3,7 @@ import pytest
 import elastica
 from elastica.ends import parse_ends
 from elastica.spelling import did_you_mean, meant
-from elastica.states import parse_state
+from elastica.state import parse_state
 
 
 @pytest.mark.parametrize(

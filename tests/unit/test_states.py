@@ -3,8 +3,8 @@ import pytest
 
 import elastica
 from elastica.ends import CLAMPED, PINNED, parse_ends
-from elastica.euler import euler_modes_below, euler_root
-from elastica.states import is_canonical, parse_state
+from elastica.equilibria.euler import euler_modes_below, euler_root
+from elastica.state import is_canonical, parse_state
 
 CC, CP, PP = "clamped-clamped", "clamped-pinned", "pinned-pinned"
 

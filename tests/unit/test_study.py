@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from studies import Study, StudyError
-from studies.known import Known
-from studies.refinement import first_points
-from studies.tables import canonical
+from studies.design.refinement import first_points
+from studies.design.tables import canonical
+from studies.store.reuse import Known
 
 GOOD = {
     "study": {"name": "small"},
@@ -177,9 +177,9 @@ def test_the_blocks_of_a_large_grid_share_their_labels_and_too_many_are_refused(
     same = [block for block in plan.blocks if block.place[::2] == first.place[::2]]
     assert len(same) == 2
     assert all(block.given is first.given for block in same)
-    monkeypatch.setattr("studies.plan.MOST_BLOCKS", len(plan.blocks))
+    monkeypatch.setattr("studies.design.plan.MOST_BLOCKS", len(plan.blocks))
     assert Study.from_dict(GOOD).plan(block_points=4).blocks == plan.blocks
-    monkeypatch.setattr("studies.plan.MOST_BLOCKS", len(plan.blocks) - 1)
+    monkeypatch.setattr("studies.design.plan.MOST_BLOCKS", len(plan.blocks) - 1)
     with pytest.raises(StudyError, match="study small: more than 11 blocks are too many"):
         Study.from_dict(GOOD).plan(block_points=4)
 
@@ -250,8 +250,8 @@ def test_a_key_that_would_take_the_parser_for_ever_is_refused_before(tmp_path, m
 
 
 def test_a_file_that_is_too_large_for_a_study_is_not_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("studies.study.LARGEST_FILE", 100)
-    monkeypatch.setattr("studies.toml.LARGEST_FILE", 100)
+    monkeypatch.setattr("studies.design.study.LARGEST_FILE", 100)
+    monkeypatch.setattr("studies.design.toml.LARGEST_FILE", 100)
     path = tmp_path / "large.toml"
     path.write_text(SMALL)
     with pytest.raises(StudyError, match="it has more than 100 bytes"):
@@ -337,8 +337,8 @@ def test_a_plan_is_the_same_whether_its_points_are_looked_at_or_not(control, ref
 
 
 def test_plan_warns_of_a_huge_dataset_and_solves_nothing(monkeypatch):
-    monkeypatch.setattr("studies.evaluate.solve", None)
-    monkeypatch.setattr("studies.evaluate.search", None)
+    monkeypatch.setattr("studies.running.evaluate.solve", None)
+    monkeypatch.setattr("studies.running.evaluate.search", None)
     content = changed("outputs", {"shapes": 100_000})
     content["grid"]["P"]["num"] = 20
     report = Study.from_dict(content).plan().report(workers=2)

@@ -8,9 +8,9 @@ import sys
 
 # Only the processes that solve need to know how.
 if any("studies.sandbox" in argument for argument in sys.orig_argv):
-    import studies.blocks
+    import studies.running.worker
 
-    EVALUATE = studies.blocks.evaluate
+    EVALUATE = studies.running.worker.evaluate
 
     def tell(what, block):
         with open(os.environ["WITNESS"], "a") as file:
@@ -22,4 +22,4 @@ if any("studies.sandbox" in argument for argument in sys.orig_argv):
         tell("done", block)
         return solved
 
-    studies.blocks.evaluate = evaluate
+    studies.running.worker.evaluate = evaluate

@@ -1,0 +1,252 @@
+"""One Newton iteration for every state: κ and one λ for each distinct segment, at n points at once.
+
+A state with n_j segments of kind j and rise d_j obeys
+
+    d_j(κ, λ_j) = rise_j        for each distinct segment j
+    Σ n_j ℓ_j(κ, λ_j) = 1       (point regime; in the line regime κ = 0 and the rest lies flat)
+
+so the Jacobian is an arrow, and eliminating the λ_j leaves one pivot, ΣnD = Σ n_j dℓ_j/dκ at fixed rise:
+
+    [ ∂d_1/∂λ_1                        ∂d_1/∂κ ]
+    [              ∂d_2/∂λ_2           ∂d_2/∂κ ]
+    [ n_1 ∂ℓ_1/∂λ_1   n_2 ∂ℓ_2/∂λ_2   Σ n ∂ℓ/∂κ ]
+
+Not here: where to start (`equilibrium`, `sweep`). No point depends on its neighbours.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.pendulum.segments import arc, below_right_angle, geometry, length, pendulum
+
+MOST_STEPS = 60
+ROUNDING = np.finfo(float).eps
+
+
+class Roots(NamedTuple):
+    """Unknowns of a state at n points: `found` (n,), `kappa` (n,), `lam` (distinct segments, n)."""
+
+    found: np.ndarray
+    kappa: np.ndarray
+    lam: np.ndarray
+
+    @classmethod
+    def none(cls, segments, n):
+        """No root anywhere."""
+        return cls(np.zeros(n, bool), np.full(n, np.nan), np.full((len(segments), n), np.nan))
+
+    def at(self, where):
+        """The roots at some of the points."""
+        return Roots(self.found[where], self.kappa[where], self.lam[:, where])
+
+    def put(self, where, other):
+        """Take over what `other` found at the points `where` (indices)."""
+        self.found[where] = other.found
+        self.kappa[where] = other.kappa
+        self.lam[:, where] = other.lam
+
+
+def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
+    """Solve the arrow system from a start; each point stops on its own test.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+        Distinct segments with their number n_j.
+    p, H : ndarray, shape (n,)
+    kappa : ndarray, shape (n,)
+    lam : ndarray, shape (distinct segments, n)
+    bracket : Bracket, optional
+        Two values of κ between which Σnℓ − 1 changes sign; a step that leaves them is replaced by
+        one to their middle.
+    fixed_kappa : bool
+        Hold κ and solve for the rises only (line regime, sweep).
+    most_steps : int
+        Points that need more are not found.
+
+    Returns
+    -------
+    Roots
+    """
+    roots = Roots(np.zeros(p.size, bool), kappa.copy(), lam.copy())
+    live = np.arange(p.size)
+    previous = np.full(p.size, np.inf)
+    for _ in range(most_steps):
+        if not live.size:
+            break
+        p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
+        arrow = arrow_system(segments, p_, H[live], kappa_, lam_)
+        step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
+        replaced = np.zeros(live.size, bool)
+        if not fixed_kappa:
+            rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
+        if bracket is not None:
+            known = sign_known(arrow.excess, rises)
+            step_kappa, replaced = bracket.confine(live, kappa_, arrow.excess, known, step_kappa)
+        step_lam = arrow.across + arrow.along * step_kappa
+        size = _relative(step_kappa, step_lam, p_, kappa_, lam_)
+        step_kappa, step_lam = _stay_inside(p_, kappa_, lam_, step_kappa, step_lam)
+        roots.kappa[live] = kappa_ + step_kappa
+        roots.lam[:, live] = lam_ + step_lam
+        # A step to the middle is small when the interval is, whatever is in it.
+        converged = _small(size) & (~replaced | _met(arrow.excess))
+        converged |= _stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess))
+        if not fixed_kappa:
+            converged |= _exact(arrow.excess) & _small(rises)
+        roots.found[live] = converged
+        previous[live] = size
+        live = live[~converged & ~_diverged(size)]
+    return roots
+
+
+class Arrow(NamedTuple):
+    """The arrow system after elimination of the λ_j at n points.
+
+    `excess` is Σnℓ − 1 once the rises are corrected to first order, `pivot` its derivative ΣnD with
+    respect to κ; λ_j changes by `across` + `along` δκ.
+    """
+
+    excess: np.ndarray
+    pivot: np.ndarray
+    across: np.ndarray
+    along: np.ndarray
+
+
+def arrow_system(segments, p, H, kappa, lam):
+    """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
+    along, across = np.empty_like(lam), np.empty_like(lam)
+    excess, pivot = -1.0, 0.0
+    for j, (segment, count) in enumerate(segments.items()):
+        g = geometry(arc(segment.kind, pendulum(p, kappa, lam[j])))
+        along[j] = -g.rise_kappa / g.rise_lam
+        across[j] = (segment.rise * H - g.rise) / g.rise_lam
+        excess = excess + count * (g.length + g.length_lam * across[j])
+        pivot = pivot + count * (g.length_kappa + g.length_lam * along[j])
+    return Arrow(excess, pivot, across, along)
+
+
+class Bracket(NamedTuple):
+    """Interval of κ at n points in which Σnℓ − 1 leaves the sign it has at `low`."""
+
+    low: np.ndarray
+    high: np.ndarray
+    sign_at_low: np.ndarray
+
+    def confine(self, points, kappa, excess, known, step):
+        """Narrow the interval at `points` by what was found at `kappa`, and keep the step inside.
+
+        Parameters
+        ----------
+        points : ndarray of int, shape (n,)
+        kappa, excess, step : ndarray, shape (n,)
+        known : ndarray of bool, shape (n,)
+            Whether the excess has a sign that counts.
+
+        Returns
+        -------
+        step : ndarray, shape (n,)
+        replaced : ndarray of bool, shape (n,)
+            Whether it is one to the middle.
+        """
+        right = np.sign(excess) == self.sign_at_low[points]
+        low = self.low[points] = np.where(known & right, kappa, self.low[points])
+        high = self.high[points] = np.where(known & ~right, kappa, self.high[points])
+        leaves = ~((kappa + step >= low) & (kappa + step <= high))
+        return np.where(leaves, 0.5 * (low + high) - kappa, step), leaves
+
+
+def regular(segments, p, roots, sign):
+    """Whether the determinant of the arrow system, ΣnD·Π d_λ, has the sign it has at small deflections.
+
+    It changes where the branch folds. A single d_λ may vanish in between: D is infinite there, the
+    state is not special.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    determinant, pivot = sign, 0.0
+    for j, (segment, count) in enumerate(segments.items()):
+        g = geometry(arc(segment.kind, pendulum(p, roots.kappa, roots.lam[j])))
+        determinant = determinant * np.sign(g.rise_lam)
+        pivot = pivot + count * g.D
+    return determinant * pivot > 0
+
+
+def below_right_angles(segments, p, roots):
+    """Whether |θ| < 90° on all segments, shape (n,)."""
+    return np.all(
+        [
+            below_right_angle(segment.kind, p, roots.kappa, lam)
+            for segment, lam in zip(segments, roots.lam, strict=True)
+        ],
+        axis=0,
+    )
+
+
+def total_length(segments, p, roots):
+    """Σnℓ of the segments, shape (n,)."""
+    return sum(
+        count * length(arc(segment.kind, pendulum(p, roots.kappa, lam)))
+        for (segment, count), lam in zip(segments.items(), roots.lam, strict=True)
+    )
+
+
+def _stay_inside(p, kappa, lam, step_kappa, step_lam):
+    """Shorten a step that would leave κ > 0 or pass the pendulum's separatrix κ² = 2(F + p)."""
+    shrink = np.ones_like(kappa)
+    backwards = kappa + step_kappa < 0
+    if backwards.any():
+        shrink[backwards] = -0.9 * kappa[backwards] / step_kappa[backwards]
+    for _ in range(50):
+        F = np.hypot(p, lam + shrink * step_lam).min(axis=0)
+        outside = (kappa + shrink * step_kappa) ** 2 >= 2 * (F + p) * (1 - 1e-15)
+        if not outside.any():
+            break
+        shrink[outside] *= 0.5
+    return shrink * step_kappa, shrink * step_lam
+
+
+def _relative(step_kappa, step_lam, p, kappa, lam):
+    """Size of a step relative to the state: κ and λ/√F are both curvatures."""
+    root_F = np.sqrt(np.hypot(p, lam))
+    scale = np.maximum(kappa, np.abs(lam / root_F).max(axis=0))
+    step = np.maximum(np.abs(step_kappa), np.abs(step_lam / root_F).max(axis=0))
+    return step / scale
+
+
+def _small(size):
+    """Quadratic convergence: the step after one of 1e-9 is below rounding."""
+    return size < 1e-9
+
+
+def sign_known(excess, rises):
+    """Whether rises that are off by the relative size `rises` leave the sign of an excess to second order.
+
+    Near a fold the excess is tiny on both sides of the root.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+    """
+    return np.abs(excess) > 10 * rises**2
+
+
+def _met(excess):
+    """Length met as well as the worst conditioned points allow; beyond a fold it never is."""
+    return np.abs(excess) <= 1e-12
+
+
+def _exact(excess):
+    """Length met to rounding: near a fold or a Euler load κ still moves, but in noise."""
+    return np.abs(excess) <= 4 * ROUNDING
+
+
+def _stagnated(size, previous):
+    """Steps that are rounding noise of an ill-conditioned point: small, and no longer shrinking."""
+    return (size < 1e-5) & (size > 0.5 * previous)
+
+
+def _diverged(size):
+    return ~np.isfinite(size)

@@ -1,0 +1,342 @@
+"""Which equilibria a state has, and how its roots are numbered.
+
+Words that alternate have one root without further periods (`alternating`); a sweep in κ finds every other
+root of a word (`sweep`); the line regime and free buckling have closed forms or a branch of their own.
+
+Not here: names (`states`), admissibility, stability.
+"""
+
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.equilibria.admissibility import clearance
+from elastica.equilibria.alternating import alternating, is_longer
+from elastica.equilibria.branch import free_branch
+from elastica.equilibria.euler import euler_root
+from elastica.equilibria.newton import Bracket, Roots, newton, total_length
+from elastica.equilibria.periods import Group, groups, most_periods, unsearched
+from elastica.equilibria.sweep import Table, every_root
+from elastica.pendulum.elliptic import complementary_parameter
+from elastica.pendulum.segments import arc, pendulum
+
+LARGEST_K = 350.0
+"""K(m) at which 1 − m leaves the range of numbers."""
+CHUNK = 5000
+"""Points of one table, so that it stays small."""
+
+
+class Equilibria(NamedTuple):
+    """Equilibria of one word at many points, one column each.
+
+    Attributes
+    ----------
+    point : ndarray of int, shape (m,)
+        Position in the arrays of p and H, ascending.
+    number : ndarray of int, shape (m,)
+        1 for the first root at that point, then 2 and so on.
+    kappa : ndarray, shape (m,)
+    lam : ndarray, shape (segments, m)
+        From end A to end B.
+    periods : ndarray of int, shape (segments, m)
+        Further full periods of each segment.
+    p : ndarray, shape (m,)
+        Thrust.
+    """
+
+    point: np.ndarray
+    number: np.ndarray
+    kappa: np.ndarray
+    lam: np.ndarray
+    periods: np.ndarray
+    p: np.ndarray
+
+    def at(self, where):
+        """Some of the equilibria."""
+        return Equilibria(*(field[..., where] for field in self))
+
+
+def find(state, ends, p, H):
+    """One root of a state at n points.
+
+    Parameters
+    ----------
+    state : State
+        Not the straight strip.
+    ends : Ends
+    p, H : ndarray, shape (n,)
+        Thrust p = 4π²P ≥ 0 and half gap H > 0; finite.
+
+    Returns
+    -------
+    found : Equilibria
+        With at most one column a point: none where the state has no equilibrium with |θ| < 90°, nor a
+        steeper one on the branch that grows from small deflections or from a free shape that touches
+        the wall.
+    unfollowed : ndarray of bool, shape (n,)
+        Where it was not found, but may lie beyond the end of the search (see `every`).
+    """
+    unfollowed = np.zeros(p.size, bool)
+    if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
+        plain = first(state, ends, Table(p, H))
+        there = np.full(p.size, bool(state.mode))
+        there[plain.point] = True
+        if there.all():
+            return plain, unfollowed
+        missing = np.flatnonzero(~there)
+        others, beyond = _others(state, ends, p[missing], H[missing])
+        beyond |= _taut(state, ends, Table(p[missing], H[missing]))
+        others, unfollowed[missing] = of_root(state, numbered([others]), beyond)
+        return _sorted([plain, others._replace(point=missing[others.point])]), unfollowed
+    return of_root(state, *every(state, ends, p, H))
+
+
+def of_root(state, found, beyond):
+    """The root that a state's name has of all that were found, and where it may lie beyond the search.
+
+    Parameters
+    ----------
+    state : State
+    found : Equilibria
+    beyond : ndarray of bool, shape (n,)
+        As `every` gives it.
+
+    Returns
+    -------
+    found : Equilibria
+    unfollowed : ndarray of bool, shape (n,)
+    """
+    there = np.bincount(found.point, minlength=beyond.size)
+    return found.at(found.number == state.root), (there < state.root) & beyond
+
+
+def every(state, ends, p, H, table=None):
+    """Every root of a word below 90°, by increasing κ; the first of an alternating word even if steeper.
+
+    Of patterns of further periods with the same κ, and in the line regime, those with fewer periods
+    come first, then those that have them nearer to end A.
+
+    Parameters
+    ----------
+    state : State
+        A contact word; its own root number is not looked at.
+    ends : Ends
+    p, H : ndarray, shape (n,)
+    table : Table, optional
+        Of the same points, shared between words.
+
+    Returns
+    -------
+    found : Equilibria
+    beyond : ndarray of bool, shape (n,)
+        Where there may be more beyond the end of the search: at 90°, at a taut string or at the most further
+        periods. What would have to pull or to pass a wall there does not count.
+    """
+    points = table or Table(p, H)
+    if state.line:
+        return _lines(state, ends, points), unsearched(state, ends, p, H)
+    others, beyond = _others(state, ends, p, H, table)
+    if not alternates(state, ends):
+        return numbered([others]), beyond
+    plain = first(state, ends, points)
+    lost = np.setdiff1d(np.arange(p.size), plain.point, assume_unique=True)
+    beyond[lost] |= _taut(state, ends, Table(p[lost], H[lost]))
+    return numbered([plain, others]), beyond
+
+
+def alternates(state, ends):
+    """Whether all segments are of kind S: their length falls with κ, so there is one root at most."""
+    return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
+
+
+def first(state, ends, table):
+    """The root of a state that has one at most, without further periods.
+
+    Parameters
+    ----------
+    state : State
+        A free shape, or a contact word that `alternates`.
+    ends : Ends
+    table : Table
+        Of the points.
+
+    Returns
+    -------
+    Equilibria
+    """
+    plain = state.segments(ends)
+    (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
+    roots = _free(state, ends, table.p) if state.mode else alternating(group.segments, table)
+    found = np.flatnonzero(roots.found)
+    return spread(plain, group, found, roots.at(found), table.p[found], number=1)
+
+
+def _taut(state, ends, table):
+    """Whether a word that alternates has its root all the same where it was not found: a taut string."""
+    (group,) = groups(state, ends, 0)
+    return is_longer(group.segments, table)
+
+
+def _others(state, ends, p, H, table=None):
+    """Roots that a sweep finds: those with further periods, and of words that do not alternate all.
+
+    Also where there may be more beyond, as `every` tells.
+    """
+    found, beyond = [], unsearched(state, ends, p, H)
+    least = int(alternates(state, ends))
+    pressed = np.flatnonzero(p > 0)
+    if table is None:
+        # By load, so that few of them share a chunk with loads that have room for more periods.
+        pressed = pressed[np.argsort(p[pressed], kind="stable")]
+    for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
+        shared = table or Table(p[points], H[points])
+        for periods in range(least, most_periods(state, ends, p[points]) + 1):
+            for group in groups(state, ends, periods):
+                sweep = every_root(group.segments, shared)
+                place = points[sweep.points]
+                found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
+                place = points[sweep.cut_points]
+                beyond[place[_possible(state, ends, group, sweep.cut, p[place], H[place])]] = True
+    return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
+
+
+def _possible(state, ends, group, cut, p, H):
+    """Indices of those ends of a sweep at which, in some pattern, all contacts push.
+
+    What pulls or passes a wall there does so beyond, and no strip is longer than itself.
+    """
+    rises = sum(count * segment.rise for segment, count in group.segments.items())
+    some = np.flatnonzero((rises * H < 1) & ~(cut.lam.max(axis=0) < 0))
+    patterns = spread(state.segments(ends), group, some, cut.at(some), p[some])
+    some = np.unique(patterns.point[~(patterns.lam[:-1] + patterns.lam[1:] < 0).any(axis=0)])
+    q = [pendulum(p[some], cut.kappa[some], lam) for lam in cut.lam[:, some]]
+    arcs = [arc(segment.kind, own) for segment, own in zip(group.segments, q, strict=True)]
+    return some[~(clearance(arcs, group.segments, H[some]) < 0)]
+
+
+def _lines(state, ends, table):
+    """Line regime: every segment has its rise at κ = 0; with further periods only where they fit."""
+    found = []
+    p = table.p
+    for periods in range(most_periods(state, ends, p) + 1):
+        for group in groups(state, ends, periods):
+            lam = np.stack([table.line_force(segment) for segment in group.segments])
+            roots = Roots(np.isfinite(lam).all(axis=0), np.zeros_like(p), lam)
+            if periods:
+                roots.found[:] &= total_length(group.segments, p, roots) <= 1
+            there = np.flatnonzero(roots.found)
+            found.append(spread(state.segments(ends), group, there, roots.at(there), p[there]))
+    return numbered(found)
+
+
+def spread(plain, group, points, roots, p, number=2):
+    """Roots of a group as equilibria of each of its patterns, with λ from end A to end B."""
+    distinct = list(group.segments)
+    columns = []
+    for pattern in group.patterns:
+        order = [
+            distinct.index(segment._replace(kind=segment.kind.further(further)))
+            for segment, further in zip(plain, pattern, strict=True)
+        ]
+        periods = np.repeat(np.array(pattern)[:, None], points.size, axis=1)
+        columns.append(
+            Equilibria(points, np.full_like(points, number), roots.kappa, roots.lam[order], periods, p)
+        )
+    return joined_columns(columns)
+
+
+def joined_columns(parts):
+    """Columns of several equilibria side by side."""
+    return Equilibria(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
+
+
+def _sorted(parts):
+    """Equilibria in order of their points, otherwise as they come."""
+    joined = joined_columns(parts)
+    return joined.at(np.argsort(joined.point, kind="stable"))
+
+
+def numbered(parts):
+    """Equilibria numbered at each point by increasing κ, after those that have the number 1 already."""
+    joined = joined_columns(parts)
+    few = joined.periods.sum(axis=0)
+    joined = joined.at(np.lexsort((*-joined.periods[::-1], few, joined.kappa, joined.number, joined.point)))
+    begins = np.searchsorted(joined.point, joined.point, side="left")
+    return joined._replace(number=np.arange(joined.point.size) - begins + 1)
+
+
+def no_equilibria(segments):
+    """No columns, of a word with this many segments."""
+    nothing = np.zeros(0, int)
+    empty = np.zeros((segments, 0))
+    return Equilibria(nothing, nothing, np.zeros(0), empty, empty.astype(int), np.zeros(0))
+
+
+def unresolved_load(state, ends):
+    """Thrust p above which a state may exist but is not followed.
+
+    Free shapes with λ = 0 come too near the pendulum's separatrix for numbers, those of strips on springs
+    are followed only up to the loop where κ/√p = 1.98.
+    """
+    if not state.mode:
+        return np.inf
+    ((kind, *_),) = state.segments(ends)
+    if periodic(kind):
+        return (kind.first * LARGEST_K) ** 2
+    _, p, _, _, last = free_branch(kind, float(euler_root(state.mode, ends)))
+    return p[last] if last + 1 == p.size else np.inf
+
+
+def pendulums_of(segments, p, kappa, lam):
+    """The pendulums of a state's segments.
+
+    Parameters
+    ----------
+    segments : sequence of Segment
+    p, kappa : ndarray, shape (n,)
+    lam : sequence of ndarray, shape (n,)
+
+    Returns
+    -------
+    list of Pendulum
+        Of free shapes with λ = 0, whose K(m) is known, with all digits of 1 − m.
+    """
+    m1 = None
+    free = len(segments) == 1 and segments[0].start == segments[0].end == 0
+    if free and periodic(segments[0].kind):
+        m1 = complementary_parameter(np.maximum(np.sqrt(p) / segments[0].kind.first, np.pi / 2))
+    return [pendulum(p, kappa, values, m1) for values in lam]
+
+
+def periodic(kind):
+    """Whether a free shape of this kind has λ = 0: it exists above its Euler load, K(m) ∝ √p."""
+    return not kind.second and not kind.springs
+
+
+def _free(state, ends, p):
+    """Buckling without contact, from its Euler load on, up to a fold if there is one.
+
+    Modes whose two ends carry the same reaction (λ = 0) exist at every higher load, with K(m) = √p/n_K.
+    The others are interpolated from their branch, which does not depend on the gap, and refined.
+    """
+    ((kind, *_),) = segments = state.segments(ends)
+    onset = float(euler_root(state.mode, ends))
+    segments = {segments[0]: 1}
+    roots = Roots.none(segments, p.size)
+    if periodic(kind):
+        buckled = np.flatnonzero(np.sqrt(p) > onset)
+        m1 = complementary_parameter(np.sqrt(p[buckled]) / kind.first)
+        kappa = 2 * np.sqrt(p[buckled] * (1 - m1))
+        roots.put(buckled, Roots(np.ones(buckled.size, bool), kappa, np.zeros((1, buckled.size))))
+        return roots
+    k, load, ratio, _, last = free_branch(kind, onset)
+    buckled = np.flatnonzero((np.sqrt(p) > onset) & (p <= load[last]))
+    p = p[buckled]
+    # Near its Euler load a branch is a parabola, p − p_n ∝ k².
+    start = np.sqrt(np.interp(p, load[: last + 1], k[: last + 1] ** 2))
+    kappa = np.clip(start, 1e-12, k[last] * (1 - 1e-3)) * np.sqrt(p)
+    lam = (np.interp(start, k, ratio) * kappa * np.sqrt(p))[None]
+    bracket = Bracket(np.zeros_like(p), k[last] * np.sqrt(p), np.full(p.size, -1.0))
+    roots.put(buckled, newton(segments, p, np.zeros_like(p), kappa, lam, bracket))
+    return roots

@@ -1,0 +1,124 @@
+"""How far rounding can have moved a solution: a first-order bound, carried along with every state.
+
+Not here: errors of the model (friction, thickness, self-contact) and wrong branches, which are excluded
+by construction (`equilibrium`).
+"""
+
+import numpy as np
+
+from elastica.equilibria.branch import bordered
+from elastica.equilibria.newton import ROUNDING
+from elastica.pendulum.segments import geometry, shortening
+
+SAFETY = 4.0
+"""Roundings that the longest chain of operations adds up, found by comparison with 50-digit solutions."""
+
+
+def rounding_bounds(segments, arcs, geometries, p, line):
+    """Bounds for κ, for each length, for their sum and for the energy's first variation.
+
+    A length is rounded by ε times its terms and by what the rounding of κ and λ makes of it (much near
+    the separatrix), a rise likewise; through the arrow system they move the total length by
+    Σ n (δℓ + |ℓ_λ/d_λ| δd), hence κ by that over |ΣD|.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    arcs, geometries : sequence of Arc, Geometry
+        One for each distinct segment, arrays of shape (n,).
+    p : ndarray, shape (n,)
+    line : bool
+        κ = 0 is exact.
+
+    Returns
+    -------
+    delta_kappa, delta_length, delta_total, delta_energy : ndarray, shape (n,)
+        In units with EI = L = 1.
+    """
+    slack, pivot, work = 0.0, 0.0, 0.0
+    delta_lengths, Ds = [], []
+    for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
+        q = piece.q
+        G = _terms(piece)
+        kappa, lam = q.kappa, np.abs(q.lam)
+        delta_length = ROUNDING * (G / q.r + np.abs(lam * g.length_lam))
+        if not _exact_parameter(segment):
+            delta_length = delta_length + ROUNDING * np.abs(kappa * g.length_kappa)
+        delta_rise = _of_rise(piece, g, G)
+        delta_length = delta_length + np.abs(g.length_lam / g.rise_lam) * delta_rise
+        delta_lengths.append(delta_length)
+        Ds.append(np.abs(g.D))
+        slack = slack + count * delta_length
+        pivot = pivot + count * g.D
+        work = work + count * lam * delta_rise
+    kappa = arcs[0].q.kappa
+    delta_kappa = np.zeros_like(p) if line else SAFETY * slack / np.abs(pivot)
+    moved = [SAFETY * d + D * delta_kappa for d, D in zip(delta_lengths, Ds, strict=True)]
+    delta_energy = SAFETY * (work + 0.5 * kappa**2 * slack)
+    return delta_kappa, np.max(moved, axis=0), SAFETY * slack, delta_energy
+
+
+def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
+    """What rounding makes of a state at prescribed shortening, where the load is found too.
+
+    Rounding of the total length (`delta_total`) and of the shortening moves k = κ/√p and ln p along and
+    across the branch: near an extreme of the shortening by as much as the extreme is flat.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    arcs : sequence of Arc
+        One for each distinct segment, arrays of shape (n,).
+    p, H, delta_total : ndarray, shape (n,)
+    lam : ndarray, shape (distinct segments, n)
+    line : bool
+        κ = 0 is exact.
+
+    Returns
+    -------
+    delta_kappa, delta_length, delta_load : ndarray, shape (n,)
+        Bounds for κ/√p, for each length and for ln p, beside those at a given load.
+    """
+    k = arcs[0].q.kappa / np.sqrt(p)
+    linear = bordered(segments, p, H, k, lam, arcs)
+    geometries = [geometry(piece, load=True) for piece in arcs]
+    delta_shorter = 0.0
+    for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
+        own = shortening(piece) + np.abs(piece.q.lam * g.shorter_lam)
+        if not _exact_parameter(segment):
+            own = own + np.abs(piece.q.kappa * g.shorter_kappa)
+        across = np.abs(g.shorter_lam / g.rise_lam) * _of_rise(piece, g, _terms(piece))
+        delta_shorter = delta_shorter + count * SAFETY * (ROUNDING * own + across)
+    if line:
+        delta_k, delta_load = np.zeros_like(p), delta_shorter / np.abs(linear.shorter_load)
+    else:
+        moved = delta_shorter + np.abs(linear.shorter_load / linear.excess_load) * delta_total
+        delta_k = moved / np.abs(linear.shortening_k)
+        delta_load = (delta_total + np.abs(linear.excess_k) * delta_k) / np.abs(linear.excess_load)
+    lengths = [
+        np.abs(g.length_kappa * np.sqrt(p) + g.length_lam * along_k * p) * delta_k
+        + np.abs(g.length_load + g.length_lam * along_load * p) * delta_load
+        for g, along_k, along_load in zip(geometries, linear.along_k, linear.along_load, strict=True)
+    ]
+    return delta_k + 0.5 * k * delta_load, np.max(lengths, axis=0), delta_load
+
+
+def _exact_parameter(segment):
+    """Whether m is known from K(m), not from κ: of free shapes with λ = 0."""
+    return not (segment.rise or segment.kind.second or segment.kind.springs)
+
+
+def _terms(piece):
+    """Terms of ΔF, which are rounded each."""
+    kind, q = piece.kind, piece.q
+    return kind.first * q.K + abs(kind.second * q.f) + sum(np.abs(end.F) for end in piece.held)
+
+
+def _of_rise(piece, g, G):
+    """Rounding of a rise, from its terms and from that of κ and λ."""
+    q = piece.q
+    lam = np.abs(q.lam)
+    tilt = np.abs(piece.jump) * q.p / q.F**2
+    return ROUNDING * (
+        tilt + lam * G / (q.F * q.r) + np.abs(q.kappa * g.rise_kappa) + np.abs(lam * g.rise_lam)
+    )

@@ -1,0 +1,138 @@
+"""Equilibria of a state at a prescribed shortening: the load is an unknown.
+
+Point states are found along their branches (`branch`), which are functions of κ/√p whatever is controlled;
+line states along the load at κ = 0. Further full periods are searched up to three in all.
+"""
+
+from collections import Counter
+
+import numpy as np
+from scipy.optimize.elementwise import find_root
+
+from elastica.equilibria.alternating import alternating
+from elastica.equilibria.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
+from elastica.equilibria.euler import euler_root
+from elastica.equilibria.line import line_shapes
+from elastica.equilibria.newton import Bracket, Roots
+from elastica.equilibria.periods import Group, groups
+from elastica.equilibria.roots import LARGEST_K, alternates, no_equilibria, numbered, periodic, spread
+from elastica.equilibria.sweep import line_force
+from elastica.pendulum.elliptic import integrals, parameter_of_shortening
+
+MOST_PERIODS = 3
+
+
+class Targets:
+    """Prescribed shortenings at n points, and what the searches for different words share.
+
+    Parameters
+    ----------
+    shortening, H : ndarray, shape (n,)
+        Shortening ≥ 0 and half gap > 0.
+    contacts : int
+        Of the longest word that will be asked for.
+    """
+
+    def __init__(self, shortening, H, contacts):
+        self.shortening = shortening
+        self.H, self.gap = np.unique(H, return_inverse=True)
+        self.loads = Loads(self.H, LONGEST_FREE_PERIOD * (contacts + 1 + MOST_PERIODS))
+
+    def every(self, state, ends):
+        """Every root of a state, by increasing κ.
+
+        Parameters
+        ----------
+        state : State
+            Not the straight strip; its own root number is not looked at.
+        ends : Ends
+
+        Returns
+        -------
+        found : Equilibria
+            `point` counts the points given.
+        beyond : ndarray of bool, shape (n,)
+            Where there may be more beyond what is traced: at shortenings greater than any there.
+        """
+        if not self.H.size:
+            return no_equilibria(len(state.word) + 1), np.zeros(0, bool)
+        if state.mode:
+            return self._free(state, ends)
+        found, most = [no_equilibria(len(state.word) + 1)], np.zeros(self.H.size)
+        for periods in range(MOST_PERIODS + 1):
+            for group in groups(state, ends, periods):
+                if state.line:
+                    which, p, roots = self._line(group.segments, most)
+                else:
+                    alternate = not periods and alternates(state, ends)
+                    which, p, roots = self._point(group.segments, alternate, most)
+                found.append(spread(state.segments(ends), group, which, roots, p))
+        return numbered(found), self.shortening > most[self.gap]
+
+    def _point(self, segments, alternate, most):
+        """Point regime; of alternating words without further periods with angles beyond 90°.
+
+        Also raises `most` to the greatest shortening that is traced at each gap.
+        """
+        known = None
+        if alternate:
+            roots = alternating(segments, self.loads.table)
+            place = np.flatnonzero(roots.found)
+            known = place, roots.at(place)
+        branch = self.loads.trace(segments, known)
+        np.maximum.at(most, branch.gap, branch.shorter)
+        which, points = at_shortening(segments, branch, self.H, self.shortening, self.gap)
+        return which, points.p, points.roots
+
+    def _line(self, segments, most):
+        """Line regime, where the strip is long enough for its segments: a load for each crossing.
+
+        Also raises `most`, as `_point` does.
+        """
+        shape = (-1, self.H.size)
+        begin, end, _ = self.loads.line_range(segments)
+        # Nodes outside the range lie at its ends; between them there is nothing.
+        nodes = np.clip(self.loads.table.p.reshape(shape), begin, end)
+        nodes = np.concatenate([begin[None], nodes, end[None]])
+        shorter = line_shapes(segments, nodes, np.broadcast_to(self.H, nodes.shape))[0]
+        np.fmax(most, np.fmax.reduce(shorter, axis=0), out=most)
+        missing = shorter[:, self.gap] - self.shortening
+        node, which = np.nonzero(missing[:-1] * missing[1:] < 0)
+        low, high = (nodes[side, self.gap[which]] for side in (node, node + 1))
+        H, target = self.H[self.gap[which]], self.shortening[which]
+        p = find_root(lambda p, H, t: line_shapes(segments, p, H)[0] - t, (low, high), args=(H, target)).x
+        lam = np.stack([line_force(segment, p, H) for segment in segments])
+        good = np.isfinite(lam).all(axis=0)
+        return which[good], p[good], Roots(good, np.zeros_like(p), lam).at(good)
+
+    def _free(self, state, ends):
+        """Free buckling: a branch that does not depend on the gap."""
+        plain = state.segments(ends)
+        if periodic(plain[0].kind):
+            return self._periodic(plain)
+        k, p, ratio, shorter, _ = free_branch(plain[0].kind, float(euler_root(state.mode, ends)))
+        group = Group(Counter(plain), ((0,),))
+        which = np.flatnonzero((self.shortening > 0) & (self.shortening < shorter[-1]))
+        target = self.shortening[which]
+        # At small deflections the shortening is proportional to k².
+        start = np.sqrt(np.interp(target, shorter, k**2))
+        load = np.interp(start, k, p)
+        place = np.searchsorted(shorter, target) - 1
+        bracket = Bracket(k[place], k[place + 1], -np.ones_like(target))
+        lam = (np.interp(start, k, ratio) * start * load)[None]
+        points = settle(group.segments, np.zeros_like(load), start, load, lam, target, bracket)
+        good = points.found
+        found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
+        return found, self.shortening >= shorter[-1]
+
+    def _periodic(self, plain):
+        """Free shapes with λ = 0, of every shortening up to where numbers end: m tells load and curvature."""
+        (segment,) = plain
+        largest = 2 - 2 / LARGEST_K
+        which = np.flatnonzero((self.shortening > 0) & (self.shortening <= largest))
+        m, m1 = parameter_of_shortening(self.shortening[which])
+        K = integrals(m1, np.zeros_like(m1), np.ones_like(m1))[0]
+        p = (segment.kind.first * K) ** 2
+        roots = Roots(np.ones(which.size, bool), 2 * np.sqrt(m * p), np.zeros((1, which.size)))
+        found = spread(plain, Group(Counter(plain), ((0,),)), which, roots, p, number=1)
+        return found, self.shortening > largest

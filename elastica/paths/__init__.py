@@ -1,0 +1,1 @@
+"""States followed along load or shortening: what happens to them, and where a lost strip goes."""

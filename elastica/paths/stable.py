@@ -1,0 +1,56 @@
+"""Where a state is stable under load, without looking for shapes that cannot be.
+
+A further period in a segment adds two negative directions, and the condition on the total length takes away
+one at most (see `stability`): so a shape with further periods is never stable under load, and the search for
+them, by far the longest part of solving where a state does not exist, can be left out.
+"""
+
+import numpy as np
+
+from elastica.codes import Stability
+from elastica.ends import parse_ends
+from elastica.equilibria.roots import alternates, first
+from elastica.equilibria.sweep import Table
+from elastica.scales import FOUR_PI_SQUARED
+from elastica.solution import solution_of, solve
+from elastica.state import parse_state
+
+
+def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped-clamped") -> np.ndarray:
+    """Energy of a state where it is stable at given load.
+
+    Parameters
+    ----------
+    state : str
+    P, H : ndarray, shape (n,)
+    ends : str
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Total potential L/(4π²EI) V*, NaN where the state does not exist or is not stable.
+
+    Raises
+    ------
+    ValueError
+        If the state or the ends make no sense.
+
+    Examples
+    --------
+    >>> stable_energy("U", P=np.array([0.5, 2.0, 5.0]), H=np.full(3, 0.1)).round(6)
+    array([      nan, -0.025394,       nan])
+    """
+    ends = parse_ends(ends)
+    parsed = parse_state(state, ends)
+    if parsed.word and parsed.root == 1 and not parsed.line and alternates(parsed, ends):
+        at = np.flatnonzero((P > 0) & (H > 0))
+        with np.errstate(all="ignore"):
+            found = first(parsed, ends, Table(FOUR_PI_SQUARED * P[at], H[at]))
+            at = at[found.point]
+            solution = solution_of(parsed, ends, "P", P[at], H[at], found)
+    else:
+        at, solution = np.arange(P.size), solve(state, P=P, H=H, ends=ends)
+    energy = np.full(P.size, np.nan)
+    stable = solution.stability == Stability.STABLE
+    energy[at[stable]] = solution.energy[stable]
+    return energy

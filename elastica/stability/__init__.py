@@ -1,0 +1,1 @@
+"""The second variation with moving contacts: index, eigenvalues, natural frequencies."""

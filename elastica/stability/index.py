@@ -1,0 +1,148 @@
+"""Exact index, nullity and verdict of an equilibrium whose contacts are free to move.
+
+The second variation with moving contacts
+
+    Q(φ) = ∫ φ'² − (p cos θ + λ sin θ) φ² ds + Σ_contacts (μ/κ) φ(s_c)²
+
+on the φ that vanish at clamps and keep each contact's height to first order couples the segments only
+through φ at the contacts. Its index is therefore the sum of the segments' indices with both ends held
+plus the index of a small matrix of end-rotation stiffnesses. With D_j = dℓ_j/dκ at fixed rise that matrix
+is −(1/κ) Σ v_j v_jᵀ/D_j (the reactions cancel), which leaves
+
+    index = Σ_j (held_j + [D_j > 0]) − [ΣD > 0].
+
+Held ends: between consecutive turning points, a pin counting as one, the rotation field has exactly one
+conjugate point; the sign of ℓ_κ decides about one more, and the height constraint takes one away where the
+height grows with λ at fixed length:
+
+    held_j = T_j − 1 + [ℓ_κ < 0] − [d_λ D_j ℓ_κ > 0]        (T_j turning points, pinned ends included).
+
+For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 0, 2 more for each period.
+"""
+
+import numpy as np
+
+from elastica.codes import Stability
+from elastica.equilibria.newton import ROUNDING
+from elastica.pendulum.segments import geometry
+
+FOLD_TOLERANCE = 1e-7
+"""|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
+√(δP), so rounding of 1e-16 in P moves κ, and with it ΣD, by about 1e-8 of its scale."""
+MARGIN = 4.0
+"""κ, a flat length and the distance of √p ℓ_f from 2π are taken for zero, where the index is about to change,
+within this multiple of their own error bound."""
+
+
+def index_of_points(segments, geometries, steep):
+    """Index in the point regime and of free buckling, and whether it is about to change at a fold.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    geometries : sequence of Geometry
+        One for each distinct segment, arrays of shape (n,).
+    steep : ndarray of bool, shape (n,)
+        Where |θ| passes 90° and the general formula is needed.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+    at_fold : ndarray of bool, shape (n,)
+    """
+    index, pivot, scale = 0, 0.0, 0.0
+    for (segment, count), g in zip(segments.items(), geometries, strict=True):
+        D = g.D
+        longer = g.length_kappa > 0
+        turning = segment.kind.turning_points - 1
+        general = turning + ~longer + (D > 0) - (g.rise_lam * D * g.length_kappa > 0)
+        index = index + count * np.where(steep, general, turning)
+        pivot = pivot + count * D
+        scale = scale + count * (np.abs(g.length_kappa) + np.abs(D - g.length_kappa))
+    return index - (pivot > 0), np.abs(pivot) <= FOLD_TOLERANCE * scale
+
+
+def ends_meet(piece, slopes):
+    """Whether the ends of a free shape with λ = 0 lie on each other, so that it turns at no cost.
+
+    There 2E = K, and one more direction begins to lose energy.
+
+    Parameters
+    ----------
+    piece : Arc
+    slopes : Geometry
+
+    Returns
+    -------
+    meet, passed : ndarray of bool, shape (n,)
+        Whether they do to rounding, and whether by rounding that direction is counted already.
+    """
+    return np.abs(piece.W) <= 4 * MARGIN * ROUNDING * piece.F, slopes.rise_lam < 0
+
+
+def index_of_lines(segments, flat_length, delta, p):
+    """Index in the line regime, where φ = 0 at the ends of the contacts and the segments decouple.
+
+    A segment of kind S has none, one of kind A at a pin has one; a flat stretch buckles off the wall
+    when p ℓ_f² > 4π², with the wall on one side, which adds one. Of several lines the pooled length
+    counts: the family of states contains the one that has it all in one piece. `delta` bounds the error
+    of ℓ_f.
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+    critical : ndarray of bool, shape (n,)
+        At the buckling load of the flat stretch, or where the flat length vanishes.
+    """
+    turning = sum(count * (kind.turning_points - 1) for (kind, *_), count in segments.items())
+    beyond = flat_length - 2 * np.pi / np.sqrt(p)
+    critical = np.minimum(np.abs(flat_length), np.abs(beyond)) <= MARGIN * delta
+    return turning + (beyond > 0), critical
+
+
+def response_of_lines(segments, arcs):
+    """Change dΔL/d ln p of the shortening of line states along their branch, shape (n,).
+
+    Where it is negative, prescribing the shortening takes one negative direction away.
+    """
+    response = 0.0
+    for count, piece in zip(segments.values(), arcs, strict=True):
+        g = geometry(piece, load=True)
+        response = response + count * (g.shorter_load - g.shorter_lam * g.rise_load / g.rise_lam)
+    return response
+
+
+def sliding_segments(segments, ends):
+    """Segments of a line state that can slide along the strip at no cost to second order.
+
+    A full period of the pendulum between two places with θ = θ' = 0 has φ = θ' for an exact zero. Next
+    to a clamp the sliding lowers the energy at third order, −λ²u³/6: the clamp's side loses its support.
+    Between two lines it is neutral at every order: a family of states of equal energy.
+
+    Returns
+    -------
+    at_clamps, between_lines : int
+    """
+    at_clamps = sum(end.clamped for end in ends)
+    between_lines = sum(count for segment, count in segments.items() if segment.start == -1)
+    return at_clamps, between_lines
+
+
+def verdict(index, critical, third_order=False, family=False):
+    """Stability code: the first that applies, in the order written here, otherwise stable.
+
+    Returns
+    -------
+    ndarray of int8, shape (n,)
+    """
+    third_order, family = (np.broadcast_to(flag, index.shape) for flag in (third_order, family))
+    return np.select(
+        [index > 0, third_order, critical, family],
+        [
+            Stability.UNSTABLE,
+            Stability.UNSTABLE_THIRD_ORDER,
+            Stability.CRITICAL,
+            Stability.NEUTRAL_FAMILY,
+        ],
+        Stability.STABLE,
+    ).astype(np.int8)

@@ -1,0 +1,67 @@
+"""Natural frequencies: the second variation weighed with the inertia of the strip.
+
+    Q(φ) = ω² ∫ η_x² + η_y² ds,     η = ∫ φ (−sin θ, cos θ) ds from end A on,     ρA = EI = L = 1
+
+on the same rotations φ and with contacts free to move as in the energy method; the signs of the eigenvalues
+agree with it, their values are what an experiment measures. Every segment, and flat stretches, carry
+what lies towards end B along with them: the whole chain is one problem.
+
+How negative ω² may be: |η'| = |φ| and |η''|² = φ'² + φ²θ'², hence Q ≥ ‖η''‖² − c‖η'‖² with
+c = max F(1 + 4m) ≥ p cos θ + λ sin θ + θ'². Where φ(1) = 0 or θ(1) = 0, ‖η'‖² ≤ ‖η‖‖η''‖ and so ω² ≥ −c²/4;
+at a turning end B the boundary term costs a factor (1 + √2)⁴ < 36.
+"""
+
+import numpy as np
+
+from elastica.blas import single_threaded
+from elastica.stability.legendre import chains, check_count, lowest, quadratic_forms, sliding, with_zeros
+
+LARGEST_GROWTH = 9.0
+"""−ω² in units of c² stays below this."""
+MARGIN = 1e-3
+"""Shift beyond the lowest ω² in the same units: far above rounding, small enough to keep the digits of ω²."""
+
+
+@single_threaded
+def frequencies(solution, count, fixed_shortening=False):
+    """The `count` lowest natural frequencies at every solved point of a solution.
+
+    Parameters
+    ----------
+    solution : Solution
+    count : int
+        At least 1.
+    fixed_shortening : bool
+        Whether end B is held in x as well.
+
+    Returns
+    -------
+    ndarray, shape (..., count)
+        sign(ω²) √|ω²|, ascending, in units of √(EI/ρA)/L²: negative ones grow exponentially. Exact zeros
+        of line states as 0.0; NaN where not solved, and for free shapes too long for the elements (P
+        beyond some 150, straight ones 2,500). Flat stretches have mass but stay flat.
+
+    Raises
+    ------
+    ValueError
+        If `count` is not a positive whole number.
+    """
+    check_count(count)
+    fixed_shortening = fixed_shortening and not solution.state.straight
+    result = np.full((solution.status.size, count), np.nan)
+    for points, _, elements, terms in chains(solution, count):
+        Q, inertia = quadratic_forms(elements, terms, True, fixed_shortening).constrained
+        widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
+        squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
+        squares = with_zeros(squares, sliding(elements.kinds) if solution.state.line else 0)[:, :count]
+        result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
+    return result.reshape(*solution.status.shape, count)
+
+
+def _resolved(Q, inertia, scale, unstable):
+    """All ω², ascending, shifted no further than needed: rounding of ω² grows with the shift."""
+    shift = MARGIN * scale
+    if unstable.any():
+        first = lowest(Q[unstable], inertia[unstable], LARGEST_GROWTH * scale[unstable])[:, 0]
+        shift[unstable] += 1.5 * np.maximum(-first, 0.0)
+    return lowest(Q, inertia, shift)

@@ -1,0 +1,1 @@
+"""Finished datasets kept, found again and checked."""

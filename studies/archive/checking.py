@@ -1,0 +1,348 @@
+"""Check a dataset: whether it is whole, means what it says, and its numbers can be found again.
+
+Not here: repairing. A file that fails is reported, never changed.
+"""
+
+import json
+import secrets
+from pathlib import Path
+
+import numpy as np
+
+from elastica.codes import Stability, Status
+from elastica.finding import POTENTIAL
+from elastica.state import is_canonical
+from studies.archive.repeat import Repeated, repeat_events, repeat_points
+from studies.design.refinement import UNKNOWN, StableStates, first_points, next_points
+from studies.design.study import NUMERICS_VERSION, Study
+from studies.design.tables import Outputs
+from studies.errors import StudyError
+from studies.messages import cut
+from studies.running.evaluate import word_failed
+from studies.schema import (
+    COORDINATES,
+    STATES_NOT_COMPUTED,
+    TRANSITIONS,
+    control_of,
+    coordinates,
+    failure_indices,
+    variables,
+)
+from studies.store.files import (
+    content_hash,
+    damage_told,
+    identify,
+    opened,
+    read_apart,
+    read_labels,
+    refuse_more_than_memory,
+)
+from studies.store.joining import summarise
+from studies.store.sources import Source
+from studies.store.structure import is_type
+from studies.store.transition_table import read_events
+
+SAMPLE = 200
+"""Grid points to solve again; all of them would take as long as the study."""
+LINE = 400
+"""Characters of a line of the report that texts of a file may fill."""
+MOST_ERROR = 1e-3
+"""Relative, of a solved state in closed form; rounding alone is a millionth of it. Chains may be coarse."""
+
+
+def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tuple[list[str], list[str]]:
+    """Check a dataset and describe it.
+
+    Parameters
+    ----------
+    path : str or Path
+    sample : int
+        Grid points to solve again.
+    seed : int, optional
+        Which ones; by default others at every call, for whoever knows them can make only those right.
+
+    Returns
+    -------
+    report : list of str
+        What is in the file, what was solved again and, if nothing is wrong, the verdict, which is "good"
+        only if values were found again, and without reserve only if everything is computed.
+    problems : list of str
+        What is wrong with it; empty for a good file.
+
+    Raises
+    ------
+    StudyError
+        If the file is missing, unreadable or not one of ours.
+
+    Notes
+    -----
+    The content hash shows that a file is not damaged and was not edited by accident. It does not show who
+    wrote it: whoever edits a file can compute the hash again. What shows that values are right is solving
+    them again. A sample of 200 points finds values that are wrong at every tenth point with a probability of
+    1 - 7e-10, at a single one hardly; `sample` may be the number of all points. Failed points, points that
+    are not computed and texts claim nothing that could be checked, so they are counted instead.
+    """
+    seed = secrets.randbelow(1 << 32) if seed is None else seed
+    attributes = identify(path)
+    problems = []
+    with damage_told(path):
+        if read_apart(content_hash, path) != attributes.get("content_hash"):
+            problems.append("the values are not those that were written (content_hash differs)")
+    study = _study(path, attributes, problems)
+    with opened(path) as dataset:
+        control = control_of(dataset.dimensions)
+        axes = ("ends", "H", control, "state")
+        shapes = {name: variable.shape for name, variable in dataset.variables.items()}
+        labels = {name: read_labels(dataset.variables[name], path) for name in axes}
+        outputs = Outputs() if study is None else study.outputs
+        whole = coordinates(labels["ends"], labels["H"], control, labels[control], labels["state"], outputs)
+        expected = variables(whole, outputs)
+        missing = [
+            name
+            for name, variable in expected.items()
+            if shapes.get(name) != tuple(whole[dim].size for dim in variable.dims)
+        ]
+        if missing:
+            raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
+        refuse_more_than_memory(path, [dataset.variables[name] for name in expected])
+        values = {name: dataset.variables[name][:] for name in expected}
+        table = _table(dataset, path)
+        problems += _conventions(dataset, expected | table)
+        failures = _failure_rows(dataset, control)
+    events, without_events = read_events(path)
+    if (version := attributes.get("numerics_version")) not in range(1, NUMERICS_VERSION + 1):
+        problems.append(f"numerics_version is {cut(version)}; this release knows 1 to {NUMERICS_VERSION}")
+    problems += _verdicts(values) + _ranges(values, labels, study) + _counts(values, control)
+    problems += _excuses(values, labels, failures, attributes, study)
+    points, transitions = Repeated(0, 0, {}, []), Repeated(0, 0, {}, [])
+    if study is not None:
+        foreign = _agreement(study, labels, attributes)
+        if not foreign:
+            older = not _of_this_version(attributes)
+            unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
+            points = repeat_points(study, labels, values, sample, seed, older, unsearched)
+            transitions = repeat_events(study, labels, events, without_events, sample, seed)
+        problems += foreign + points.problems + transitions.problems
+        if study.grid.refine and not foreign:
+            problems += _refinement(path, study, labels)
+        if sample and not points.compared and not problems:
+            problems.append("no value could be compared with one that was solved again: nothing is proved")
+    report = _describe(path, attributes, labels, values, events)
+    report.append(f"  seed        {seed}")
+    report += _told(points, transitions, attributes)
+    if not problems:
+        everything = STATES_NOT_COMPUTED not in attributes and (values["status"] >= 0).any(axis=-1).all()
+        good = "good" if everything else "good as far as it is computed"
+        report.append(f"  {good}" if points.compared else "  whole, but nothing was solved again")
+    return report, problems
+
+
+def _table(dataset, path):
+    """Columns of the transition table, if there is one."""
+    if "transition" not in dataset.dimensions:
+        return {}
+    for name, variable in TRANSITIONS.items():
+        found = dataset.variables.get(name)
+        if found is None or found.dimensions[:1] != variable.dims or not is_type(found, variable.dtype):
+            raise StudyError(f"{path}: {name} missing or without its dimensions; damaged")
+    return TRANSITIONS
+
+
+def _of_this_version(attributes):
+    """Whether the numerics that computed a dataset are those that would solve it again."""
+    return attributes.get("numerics_version") == NUMERICS_VERSION
+
+
+def _agreement(study, labels, attributes):
+    """Labels that are not those of the study."""
+    grid = study.grid
+    asked = {"control": grid.control, "states_searched": " ".join(study.task.names)}
+    if unlike := [name for name, text in asked.items() if attributes.get(name) != text]:
+        return [f"the attribute {unlike[0]} does not belong to the study in config_json"]
+    if grid.control not in labels:
+        return [f"the study prescribes {grid.control}, the dataset does not"]
+    wanted = {"ends": grid.ends, "H": grid.H, grid.control: grid.given}
+    problems = [
+        f"the labels of {axis} are not those of the study"
+        for axis, expected in wanted.items()
+        if not np.array_equal(labels[axis], np.array(expected))
+    ]
+    asked = set(study.task.names)
+    first_roots = {name.partition(":")[0] if study.task.every_root else name for name in labels["state"]}
+    if not first_roots <= asked:
+        problems.append("there are states that the study did not ask for")
+    return problems
+
+
+def _counts(values, control):
+    """Summaries over the states that do not follow from the states."""
+    stable, preferred = summarise(values["status"], values["stability"], values[POTENTIAL[control]])
+    problems = []
+    if not np.array_equal(stable, values["stable_count"]):
+        problems.append("stable_count is not the number of stable states")
+    if not np.array_equal(preferred, values["preferred_state"]):
+        problems.append("preferred_state is not the stable state of least energy")
+    return problems
+
+
+def _refinement(path, study, labels):
+    """Points that a refined study should have, and that are not computed."""
+    grid = study.grid
+    stable = StableStates(grid)
+    stable.learn(Source(path, grid.ends, labels["H"], labels[grid.control], (), every_root=False))
+    first = first_points(stable.codes.shape[1:], grid.refine)
+    missing = sum(
+        int((first & (codes == UNKNOWN) | next_points(codes, grid.refine)).sum()) for codes in stable.codes
+    )
+    return [f"{missing} points that the refinement needs are not computed"] if missing else []
+
+
+def _study(path, attributes, problems):
+    """The study that the file was computed from, if its description is intact."""
+    try:
+        study = Study.from_dict(json.loads(attributes["config_json"]), path)
+    except (KeyError, ValueError, RecursionError) as problem:
+        problems.append(f"the study in config_json cannot be read ({problem})")
+        return None
+    identities = ("study_id", "numerics_id") if _of_this_version(attributes) else ("study_id",)
+    for name in identities:
+        if attributes.get(name) != getattr(study, name):
+            problems.append(f"{name} does not belong to the study in config_json")
+            return None
+    return study
+
+
+def _conventions(dataset, expected):
+    """Attributes that give numbers their meaning, where they are not those of the format."""
+    problems = []
+    coordinates = {dim: COORDINATES[dim] for dim in dataset.dimensions if dim in dataset.variables}
+    attributes = {name: variable.attributes for name, variable in expected.items()} | coordinates
+    for name, wanted in attributes.items():
+        variable = dataset.variables[name]
+        if getattr(variable, "units", None) != wanted.get("units"):
+            problems.append(f"{name} has not the units of this format")
+        # Which code has which name is part of the structure, without which no dataset is opened.
+        described = getattr(variable, "flag_values", ())
+        if "flag_values" in wanted and (unknown := np.setdiff1d(variable[:], described)).size:
+            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
+    if "CF-" not in str(getattr(dataset, "Conventions", "")):
+        problems.append("the attribute Conventions does not name CF")
+    return problems
+
+
+def _verdicts(values):
+    """Verdicts where there is no state, and states without one."""
+    solved = values["status"] == Status.SOLVED
+    return [
+        f"{name} is not given exactly where status is solved"
+        for name in ("stability", "index", "nullity")
+        if ((values[name] >= 0) != solved).any()
+    ]
+
+
+def _failure_rows(dataset, control):
+    """Positions in the table of failures, shape (rows, 4)."""
+    if "failure" not in dataset.dimensions:
+        return np.zeros((0, 4), int)
+    return np.stack([dataset.variables[name][:] for name in failure_indices(control)], axis=-1)
+
+
+def _excuses(values, labels, failures, attributes, study):
+    """Points that say nothing, and do not say why."""
+    problems = []
+    status = values["status"]
+    rows = np.unique(failures, axis=0)
+    if len(rows) < len(failures) or not np.array_equal(rows, np.argwhere(status == Status.FAILED)):
+        problems.append("the points with status failed are not those of the table of failures")
+    names = [str(name) for name in labels["state"]]
+    absent = status == Status.NOT_COMPUTED
+    points = absent.all(axis=-1)
+    for number, ends in enumerate(labels["ends"]):
+        has_meaning = [is_canonical(name.partition(":")[0], ends) for name in names]
+        absent[number, ..., ~np.array(has_meaning)] = False
+    absent &= ~word_failed(status, names) & ~points[..., None]
+    refined = study is not None and study.grid.refine
+    if points.any() and not refined and attributes.get("points_not_computed") != points.sum():
+        problems.append(f"{points.sum():,} points are not computed, and the file does not say so")
+    unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
+    absent[..., [name.partition(":")[0] in unsearched or name in unsearched for name in names]] = False
+    if absent.any():
+        problems.append(f"{absent.sum():,} states are not computed at points that are")
+    return problems
+
+
+def _ranges(values, labels, study):
+    """Numbers that no equilibrium can have."""
+    problems = []
+    solved = values["status"] == Status.SOLVED
+    H = labels["H"][:, None, None]
+    slack = 1e-9
+    chain = study is not None and study.solve.method == "chain"
+    for name, good in (
+        ("curvature", values["curvature"] >= 0),
+        ("bending_energy", values["bending_energy"] >= 0),
+        *(
+            (name, (values[name] >= -slack) & (values[name] <= most))
+            for name, most in (("shortening", 2), ("P", np.inf))
+            if name in values
+        ),
+        ("flat_length", (values["flat_length"] >= -slack) & (values["flat_length"] <= 1)),
+        ("clearance", (values["clearance"] >= -slack) & (values["clearance"] <= H + slack)),
+        ("error", (values["error"] >= 0) & (values["error"] <= (np.inf if chain else MOST_ERROR))),
+    ):
+        if (solved & ~good).any():
+            problems.append(f"{name} is out of range at {(solved & ~good).sum()} solved states")
+    return problems
+
+
+def _describe(path, attributes, labels, values, events):
+    """What is in the file, on one screen."""
+    status = values["status"]
+    lines = [
+        f"{path}",
+        f"  title       {cut(attributes.get('title', ''), LINE // 2)}",
+        "  study       {:.8}   numerics {:.8}   content {:.8}".format(
+            *(str(attributes.get(name, "?")) for name in ("study_id", "numerics_id", "content_hash"))
+        ),
+        "  computed    {} by {}".format(
+            *(cut(attributes.get(key, "unknown"), LINE // 2) for key in ("date_created", "source"))
+        ),
+        f"  ends        {cut(', '.join(labels['ends']), LINE)}",
+    ]
+    for axis in ("H", control_of(labels)):
+        label = labels[axis]
+        lines.append(f"  {axis:<11} {label.size} values from {label[0]:g} to {label[-1]:g}")
+    computed = (status != Status.NOT_COMPUTED).any(axis=-1)
+    points = int(computed.sum())
+    if points < computed.size:
+        lines.append(f"  points      {points:,} of {computed.size:,} are computed")
+    lines.append("  state         solved   stable  inadmissible  no equilibrium  not followed  failed")
+    for number, name in enumerate(labels["state"]):
+        here, verdict = status[..., number], values["stability"][..., number]
+        counts = [
+            (here == Status.SOLVED).sum(),
+            (verdict == Stability.STABLE).sum(),
+            (here == Status.INADMISSIBLE).sum(),
+            (here == Status.NO_EQUILIBRIUM).sum(),
+            (here == Status.NOT_FOLLOWED).sum(),
+            (here == Status.FAILED).sum(),
+        ]
+        lines.append("  {:<10} {:>9,} {:>8,} {:>13,} {:>15,} {:>13,} {:>7,}".format(name, *counts))
+    if events:
+        lines.append(f"  {len(events):,} transitions")
+    return lines
+
+
+def _told(points, transitions, attributes):
+    """What was solved again, and what could not be compared."""
+    lines = [f"  {points.points:,} grid points solved again"]
+    if not _of_this_version(attributes):
+        then = attributes.get("numerics_version", "unknown")
+        lines[0] += f" by version {NUMERICS_VERSION} of the numerics, computed by version {then}"
+    if transitions.points:
+        lines.append(f"  transitions of {transitions.points:,} states at one gap searched again")
+    for repeated in (points, transitions):
+        if repeated.not_compared:
+            counts = ", ".join(f"{count:,} {reason}" for reason, count in repeated.not_compared.items())
+            lines.append(f"  not compared: {counts}")
+    return lines

@@ -1,0 +1,118 @@
+"""Dispatch blocks to the workers of a dask cluster, whoever started it.
+
+A few blocks are in flight for each thread and their results are let go at once, so that neither client nor
+scheduler grows with the study. Workers may leave and join; who cannot do the job is not given any.
+"""
+
+import time
+
+from studies.errors import StudyError, UnfitWorker
+from studies.progress import note
+from studies.running.worker import compute_block, prove
+
+IN_FLIGHT = 2
+"""Blocks waiting for each thread of a worker, so that none idles while a result travels."""
+WAIT = 60.0
+"""Seconds without any worker after which the user is told."""
+COUNT_EVERY = 2.0
+"""Seconds between looks at how many threads there are."""
+TRIES = 10
+"""How often a block is given to another worker, for no fault of its own, when one leaves."""
+
+
+def dispatch(client, blocks, job):
+    """Results of blocks as they finish.
+
+    Parameters
+    ----------
+    client : distributed.Client
+    blocks : sequence of Block
+    job : Job
+
+    Yields
+    ------
+    Done
+
+    Raises
+    ------
+    StudyError
+        If the workers cannot do the job, or the scheduler is lost.
+    """
+    from distributed import CancelledError, as_completed
+    from distributed.comm import CommClosedError
+    from distributed.scheduler import KilledWorker
+
+    waiting = [(block, 0) for block in reversed(blocks)]
+    owner, flight = {}, as_completed(loop=client.loop)
+    try:
+        _prove_workers(client, job)
+        threads, counted = _threads(client), time.monotonic()
+        while waiting or owner:
+            if time.monotonic() - counted > COUNT_EVERY:
+                threads, counted = _threads(client), time.monotonic()
+            while waiting and len(owner) < IN_FLIGHT * max(1, threads):
+                block, tries = waiting.pop()
+                future = client.submit(_compute, block, job, pure=False)
+                owner[future] = block, tries
+                flight.add(future)
+            future = next(flight)
+            block, tries = owner.pop(future)
+            try:
+                done = future.result()
+            except (KilledWorker, UnfitWorker) as problem:
+                if tries == TRIES:
+                    raise StudyError(
+                        f"{TRIES} workers were lost one after the other; what is computed is kept in "
+                        f"{job.folder} and the same command goes on from there"
+                    ) from None
+                waiting.append((block, tries + 1))
+                if isinstance(problem, UnfitWorker):
+                    _send_away(client, problem)
+                continue
+            yield done
+            del future
+    except (CancelledError, CommClosedError, TimeoutError) as problem:
+        raise StudyError(
+            f"the scheduler was lost ({type(problem).__name__}); what is computed is kept in {job.folder} "
+            "and the same command goes on from there"
+        ) from None
+
+
+def _compute(block, job):
+    """Solve a block at a worker, which may have joined after the others were proved."""
+    from distributed import get_worker
+
+    try:
+        prove(job.folder, job.probe, job.versions)
+    except StudyError as problem:
+        raise UnfitWorker(get_worker().address, str(problem)) from None
+    return compute_block(block, job)
+
+
+def _send_away(client, unfit):
+    """Part with a worker that joined in the run and cannot do the job; tell the user once."""
+    address, problem = unfit.args
+    if address in client.scheduler_info(n_workers=-1)["workers"]:
+        client.retire_workers([address])
+        note(f"worker {address} was sent away, the run goes on without it: {problem}")
+
+
+def _prove_workers(client, job):
+    """Wait for a worker; refuse to begin unless each that is there can do the job."""
+    try:
+        client.wait_for_workers(1, timeout=WAIT)
+    except TimeoutError:
+        note(f"the scheduler has had no worker for {WAIT:g} s; start some, or wait for those in a queue")
+        client.wait_for_workers(1)
+    answers = client.run(prove, job.folder, job.probe, job.versions, on_error="return")
+    for address, answer in answers.items():
+        if isinstance(answer, ImportError):
+            answer = f"{answer}; install the same version of constrained-elastica there"
+        if answer is not None:
+            raise StudyError(f"worker {address}: {answer}")
+
+
+def _threads(client):
+    """Blocks that can be solved at the same time now."""
+    workers = client.scheduler_info(n_workers=-1)["workers"]
+    return sum(worker["nthreads"] for worker in workers.values())

@@ -1,0 +1,349 @@
+"""Join files, the shards of a run or finished datasets, to one dataset, in bands of rows.
+
+Not here: whether the files are there and intact (`shards`), are still what they were (`sources`), and agree
+(`merging`).
+"""
+
+from contextlib import contextmanager
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.codes import Stability, Status
+from elastica.finding import POTENTIAL
+from studies.errors import StudyError
+from studies.running.evaluate import absent, unknown, word_failed
+from studies.schema import VARIABLES, control_of, coordinates, failure_indices, per_state, variables
+from studies.store.files import content_hash, opened, read_labels
+from studies.store.layout import chunks, define, write_failures
+from studies.store.sources import reading
+from studies.store.transition_table import join_events, write_events
+from studies.store.whole_files import written_whole
+
+GROUP_BYTES = 300_000_000
+"""Bytes of variables that are copied together, so that each source is opened once for all of them."""
+
+
+class Survey(NamedTuple):
+    """What is to be known of sources before they are joined.
+
+    Attributes
+    ----------
+    seconds : list of float
+        What the shards among them took.
+    names : set of str
+        States solved, or failed, anywhere in the grid.
+    failing : set of Path
+        Sources with points that failed.
+    """
+
+    seconds: list
+    names: set
+    failing: set
+
+    def __or__(self, other):
+        """Of the sources of both."""
+        return Survey(self.seconds + other.seconds, self.names | other.names, self.failing | other.failing)
+
+
+def survey(sources, grid):
+    """Read the status of everything that sources hold of a grid."""
+    found = Survey([], set(), set())
+    for source in sources:
+        points, _ = shared(source, np.array(grid.H), np.array(grid.given))
+        with reading(source) as file:
+            if "seconds" in file.ncattrs():
+                found.seconds.append(float(file.getncattr("seconds")))
+            if "failure" in file.dimensions:
+                found.failing.add(source.path)
+            names = read_labels(file.variables["state"], source.path)
+            there = np.zeros(names.size, bool)
+            for number in [i for i, ends in enumerate(source.ends) if ends in grid.ends]:
+                status = read_points(file.variables["status"], number, points)
+                there |= np.isin(status, (Status.SOLVED, Status.FAILED)).any(axis=0)
+        found.names.update(str(name) for name in names[there])
+    return found
+
+
+def reduce(study, sources, surveyed, out, attributes, events=()):
+    """Join files to one dataset, written whole.
+
+    One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. What
+    none holds is not computed.
+
+    Parameters
+    ----------
+    study : Study
+        Whose grid, states and outputs the dataset has.
+    sources : list of Source
+        Of two that hold the same state of a point, the later one is believed.
+    surveyed : Survey
+        Of these sources.
+    out : Path
+    attributes : dict
+        Global attributes of the dataset.
+    events : iterable of Path
+        Shards of its transition table.
+    """
+    grid = study.grid
+    names = joined_labels(study, surveyed)
+    labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
+    with _new_dataset(out) as temporary:
+        with opened(temporary, "w") as dataset:
+            attributes = attributes | _timing(surveyed.seconds)
+            define(dataset, labels, variables(labels, study.outputs), attributes)
+            sizes = [len(grid.ends), len(grid.H), len(grid.given), len(names)]
+            rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
+            reasons = {}
+            for number, ends in enumerate(grid.ends):
+                here = _by_band([source for source in sources if ends in source.ends], grid.H, rows)
+                for first, among in zip(range(0, len(grid.H), rows), here, strict=True):
+                    band = slice(first, min(first + rows, len(grid.H)))
+                    status = _reduce_band(study, among, dataset, labels, number, band)
+                    for source in among:
+                        if source.path in surveyed.failing:
+                            reasons |= _failures(source, ends, number, band, labels, status)
+            write_failures(dataset, grid.control, sorted((*where, why) for where, why in reasons.items()))
+            write_events(dataset, *join_events(events, grid.ends, names))
+        _seal(temporary)
+
+
+@contextmanager
+def _new_dataset(out):
+    """`written_whole`, where nobody else may have written meanwhile."""
+    try:
+        with written_whole(out, replaces=False) as temporary:
+            yield temporary
+    except FileExistsError:
+        raise StudyError(
+            f"{out}: this file appeared while the study was computed, and is left as it is; move it away, "
+            "and the same command writes the dataset of what is computed, all of which is kept"
+        ) from None
+
+
+def joined_labels(study, surveyed):
+    """States of the dataset that is joined from these sources, in order."""
+    asked = set(study.task.names)
+    return study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
+
+
+def _seal(path):
+    """Read a finished file back and store the hash of what it holds."""
+    digest = content_hash(path)
+    with opened(path, "a") as dataset:
+        dataset.setncattr("content_hash", digest)
+
+
+def _timing(seconds):
+    """What the blocks took, for those who plan the next study."""
+    if not seconds:
+        return {}
+    return {
+        "block_seconds": f"{len(seconds)} blocks, median {np.median(seconds):.3g} s, "
+        f"longest {max(seconds):.3g} s, sum {sum(seconds):.4g} s"
+    }
+
+
+def _by_band(sources, H, rows):
+    """The sources of each band of rows, in their order: a list for each band."""
+    bands = [[] for _ in range(0, len(H), rows)]
+    for source in sources:
+        for band in np.unique(positions(np.unique(source.H), H)[1] // rows):
+            bands[band].append(source)
+    return bands
+
+
+def _reduce_band(study, sources, dataset, labels, number, band):
+    """Copy rows of one end condition from the files that hold them; their status."""
+    grid = study.grid
+    ends, control = grid.ends[number], grid.control
+    names = [str(name) for name in labels["state"]]
+    H = labels["H"][band]
+    verdict = {}
+    for group in _groups(per_state(labels, study.outputs), labels, band):
+        height = _height(group, labels, H.size)
+        for first, among in zip(range(0, H.size, height), _by_band(sources, H, height), strict=True):
+            rows = slice(band.start + first, min(band.start + first + height, band.stop))
+            values = {
+                name: np.full(
+                    (rows.stop - rows.start, *(labels[dim].size for dim in variable.dims[2:])),
+                    variable.missing,
+                    variable.dtype,
+                )
+                for name, variable in group.items()
+            }
+            for source in among:
+                read_rows(source, group, ends, H[first : first + height], labels[control], names, values)
+            if "status" in values and study.task.every_root:
+                status = values["status"]
+                status[word_failed(status, names) & (status == Status.NO_EQUILIBRIUM)] = Status.NOT_COMPUTED
+            for name, array in values.items():
+                _write(dataset.variables[name], number, rows, array)
+        verdict |= {
+            name: values[name] for name in ("status", "stability", POTENTIAL[control]) if name in values
+        }
+    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[POTENTIAL[control]])
+    dataset.variables["stable_count"][number, band] = stable
+    dataset.variables["preferred_state"][number, band] = preferred
+    return verdict["status"]
+
+
+def _groups(variables, labels, band):
+    """Variables that are copied together: those along the strip alone, the others as memory allows."""
+    group, room = {}, GROUP_BYTES
+    for name, variable in variables.items():
+        if "s" in variable.dims:
+            yield {name: variable}
+            continue
+        cells = (band.stop - band.start) * np.prod([labels[dim].size for dim in variable.dims[2:]])
+        size = cells * np.dtype(variable.dtype).itemsize
+        if group and size > room:
+            yield group
+            group, room = {}, GROUP_BYTES
+        group[name] = variable
+        room -= size
+    yield group
+
+
+def _height(group, labels, rows):
+    """Of so many rows how many are copied together: all, but of what is along the strip as memory allows."""
+    variable = next(iter(group.values()))
+    if "s" not in variable.dims:
+        return rows
+    row = np.prod([labels[dim].size for dim in variable.dims[2:]]) * np.dtype(variable.dtype).itemsize
+    return max(1, int(GROUP_BYTES // row))
+
+
+def _write(target, number, rows, values):
+    """Write rows of a variable; chunks with nothing in them are left out."""
+    for state in range(values.shape[2]):
+        plane = values[:, :, state]
+        if plane.dtype != "f8" or not np.isnan(plane).all():
+            target[number, rows, :, state] = plane
+
+
+def summarise(status, stability, energy):
+    """Number of stable states (−1: not computed), and position of the one of least energy (−1: none).
+
+    Parameters
+    ----------
+    status, stability, energy : ndarray, shape (..., states)
+
+    Returns
+    -------
+    stable_count, preferred_state : ndarray of int, shape (...)
+    """
+    stable = (status == Status.SOLVED) & (stability == Stability.STABLE)
+    lowest = np.where(stable, energy, np.inf).argmin(axis=-1)
+    computed = (status != Status.NOT_COMPUTED).any(axis=-1)
+    return np.where(computed, stable.sum(axis=-1), -1), np.where(stable.any(axis=-1), lowest, -1)
+
+
+def positions(labels, wanted):
+    """Positions in `labels`, and in `wanted`, of the labels that are in both; both increase."""
+    labels, wanted = np.asarray(labels), np.asarray(wanted)
+    if labels.size > wanted.size:
+        return positions(wanted, labels)[::-1]
+    place = np.searchsorted(wanted, labels)
+    both = wanted[np.minimum(place, wanted.size - 1)] == labels
+    return np.flatnonzero(both), place[both]
+
+
+def shared(source, H, given):
+    """Points that a source and a grid with these labels have both: rows and columns there, and here.
+
+    Parameters
+    ----------
+    source : Source
+    H, given : ndarray
+        Increasing labels.
+
+    Returns
+    -------
+    there, here : tuple of ndarray of int, each (rows, columns) of the points
+    """
+    if source.scattered:
+        places = [
+            np.searchsorted(labels, wanted).clip(max=labels.size - 1)
+            for labels, wanted in ((H, source.H), (given, source.given))
+        ]
+        found = np.flatnonzero((H[places[0]] == source.H) & (given[places[1]] == source.given))
+        return (np.zeros_like(found), found), tuple(place[found] for place in places)
+    both = [positions(source.H, H), positions(source.given, given)]
+    return tuple(
+        tuple(place.ravel() for place in np.meshgrid(*places, indexing="ij"))
+        for places in zip(*both, strict=True)
+    )
+
+
+def read_points(variable, number, points):
+    """Values of a variable of a file at some points, rows and columns, of one end condition."""
+    if not points[0].size:
+        return variable[number, :0, 0]
+    first, last = ([place.min() for place in points], [place.max() + 1 for place in points])
+    slab = variable[number, first[0] : last[0], first[1] : last[1]]
+    return slab[points[0] - first[0], points[1] - first[1]]
+
+
+def read_rows(source, group, ends, H, given, names, values):
+    """Copy what a source holds of some rows into `values`, by variable, shape (rows, columns, state, …)."""
+    there, here = shared(source, np.asarray(H), np.asarray(given))
+    if not there[0].size:
+        return
+    number = source.ends.index(ends)
+    with reading(source) as file:
+        place = {str(state): i for i, state in enumerate(read_labels(file.variables["state"], source.path))}
+        arrays = {
+            name: read_points(file.variables[name], number, there)
+            for name in ("status", *group)
+            if name in file.variables
+        }
+    computed = arrays["status"] != Status.NOT_COMPUTED
+    nowhere = unknown("status", VARIABLES["status"], (len(names),), names, ends)
+    for state, label in enumerate(names):
+        if label in place:
+            which = computed[:, place[label]]
+        elif _searched(source, label):
+            which = np.ones(len(computed), bool)
+        else:
+            continue
+        rows, columns = (index[which] for index in here)
+        for name, variable in group.items():
+            target = values[name]
+            if label in place and name in arrays:
+                # A file has labels for the contacts of its own states only.
+                array = arrays[name]
+                extra = tuple(
+                    slice(min(sizes)) for sizes in zip(array.shape[2:], target.shape[3:], strict=True)
+                )
+                target[(rows, columns, state, *extra)] = array[(which, place[label], *extra)]
+            else:
+                target[rows, columns, state] = variable.missing
+                if name == "status":
+                    target[rows, columns, state] = absent(label, nowhere[state], arrays["status"], place)
+
+
+def _searched(source, label):
+    """Whether a state was looked for in a file, so that its absence means that it exists nowhere there."""
+    return (label.partition(":")[0] if source.every_root else label) in source.searched
+
+
+def _failures(source, ends, number, band, labels, status):
+    """Why points of a band failed, as a file tells, by their indices in the dataset."""
+    with reading(source) as file:
+        control = control_of(file.dimensions)
+        columns = [file.variables[name][:] for name in failure_indices(control)]
+        reasons = read_labels(file.variables["failure_reason"], source.path)
+        states = read_labels(file.variables["state"], source.path)
+    names = [str(name) for name in labels["state"]]
+    there, here = (np.transpose(points).tolist() for points in shared(source, labels["H"], labels[control]))
+    place_of = {tuple(point): place for point, place in zip(there, here, strict=True)}
+    found = {}
+    for end, *point, state, reason in zip(*columns, reasons, strict=True):
+        row, column = place_of.get(tuple(point), (-1, -1))
+        if band.start <= row < band.stop and source.ends[end] == ends and states[state] in names:
+            where = row, column, names.index(states[state])
+            # Another file may have solved it since.
+            if status[where[0] - band.start, *where[1:]] == Status.FAILED:
+                found[number, *where] = str(reason)
+    return found

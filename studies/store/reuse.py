@@ -1,0 +1,209 @@
+"""What finished datasets hold of a study that is yet to be computed.
+
+A dataset leaves out the states that are solved nowhere in it. Where another part of the study does solve
+one, its points lack it: these gaps are what remains to be computed there. Not here: the copying
+(`reduction`), the computing (`runner`).
+"""
+
+import json
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.codes import Status
+from elastica.state import is_canonical
+from studies.design.study import NUMERICS_VERSION, Study
+from studies.errors import StudyError
+from studies.progress import note
+from studies.running.evaluate import word_failed
+from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of
+from studies.store.files import content_hash, damage_told, identify, mark_of, opened, read_apart, read_labels
+from studies.store.joining import positions, read_rows
+from studies.store.sources import Source, reading, refuse_changed
+
+BAND = 10_000_000
+"""States whose gaps are looked for at a time."""
+
+
+class Finished(NamedTuple):
+    """A dataset whose content is what was written: its study and what it holds."""
+
+    study: Study
+    source: Source
+    attributes: dict
+
+
+def read_finished(path):
+    """A finished dataset, proved intact.
+
+    Raises
+    ------
+    StudyError
+        If it is damaged or not one of ours.
+    """
+    mark = mark_of(path)
+    attributes = identify(path)
+    with damage_told(path):
+        content = read_apart(content_hash, path)
+        study = Study.from_dict(json.loads(attributes["config_json"]), path)
+        if study.study_id != attributes["study_id"]:
+            raise StudyError(f"{path}: study_id does not belong to the study in config_json; damaged")
+        with opened(path) as file:
+            axes = ("ends", "H", control_of(file.dimensions))
+            ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
+            states = tuple(map(str, read_labels(file.variables["state"], path)))
+        # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
+        known = states if study.task.every_root else study.task.names
+    if content != attributes.get("content_hash"):
+        raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
+    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False, mark=mark)
+    refuse_changed(source)
+    return Finished(study, source, attributes)
+
+
+class Known(NamedTuple):
+    """Points that need not be computed.
+
+    Attributes
+    ----------
+    sources : tuple of Source
+    held : ndarray of bool, shape (ends, H, given)
+        Grid points that they hold, if not every state there.
+    searched : frozenset of str
+        States that were asked for in every one of them.
+    about : dict
+        What the dataset says of them, as attributes.
+    """
+
+    sources: tuple
+    held: np.ndarray
+    searched: frozenset
+    about: dict
+
+
+def known_from(files, grid, about):
+    """What finished datasets hold of a grid."""
+    sources = tuple(file.source for file in files)
+    searched = frozenset.intersection(*map(_searched, files))
+    return Known(sources, _held(grid, sources), searched, about)
+
+
+def _searched(file):
+    """States that were asked for at every point of a dataset."""
+    return frozenset(file.study.task.names) - {*file.attributes.get(STATES_NOT_COMPUTED, "").split()}
+
+
+def lend(path, study):
+    """What a finished dataset holds of a study; None, and a line to the user, if that lacks outputs.
+
+    Raises
+    ------
+    StudyError
+        If its values are not those that the study would have.
+    """
+    file = read_finished(path)
+    refuse_unlike(study, NUMERICS_VERSION, file)
+    old, new = file.study.outputs, study.outputs
+    lacking = [name for name in ("eigenvalues", "frequencies") if getattr(old, name) < getattr(new, name)]
+    if new.shapes not in (0, old.shapes):
+        lacking.append("shapes")
+    if lacking:
+        note(f"{path}: {' and '.join(lacking)} of the study are not there, so all its points are computed")
+        return None
+    if file.study.task.every_root != study.task.every_root:
+        note(f"{path}: max_contacts searches, names do not; so all points of the study are computed")
+        return None
+    about = {
+        "reused": file.attributes["study_id"],
+        "reused_versions": str(file.attributes.get("library_versions", "unknown")),
+    }
+    return known_from([file], study.grid, about)
+
+
+def gaps(known, study, found):
+    """States that are in the study and unknown at some points that are held.
+
+    Parameters
+    ----------
+    known : Known
+    study : Study
+    found : set of str
+        Names of the states that are solved, or failed, anywhere.
+
+    Returns
+    -------
+    names : tuple of str
+        Of words the first root, if every root is sought.
+    points : ndarray of bool, shape (ends, H, given)
+        Where any of them is unknown.
+    """
+    grid, task = study.grid, study.task
+
+    def word(name):
+        return name.partition(":")[0] if task.every_root else name
+
+    asked = set(task.names)
+    new = asked - known.searched
+    names = sorted({name for name in found if word(name) in asked} | new)
+    missing, points = np.zeros(len(names), bool), np.zeros_like(known.held)
+    height = max(1, BAND // (len(grid.given) * max(1, len(names))))
+    for number, ends in enumerate(grid.ends):
+        has_meaning = np.array([is_canonical(word(name), ends) for name in names], bool)
+        for first in range(0, len(grid.H), height):
+            rows = slice(first, first + height)
+            status = _status(known.sources, ends, grid.H[rows], grid.given, names)
+            unknown = (status == Status.NOT_COMPUTED) & has_meaning & ~word_failed(status, names)
+            unknown &= known.held[number, rows, :, None]
+            points[number, rows] = unknown.any(axis=-1)
+            missing |= unknown.any(axis=(0, 1))
+    words = {word(name) for name, lacks in zip(names, missing, strict=True) if lacks}
+    return tuple(name for name in task.names if name in words), points
+
+
+def _status(sources, ends, H, given, names):
+    """Status of states in some rows as sources tell it, shape (H, given, names)."""
+    values = {"status": np.full((len(H), len(given), len(names)), Status.NOT_COMPUTED, "i1")}
+    for source in sources:
+        if ends in source.ends:
+            read_rows(source, {"status": VARIABLES["status"]}, ends, H, given, names, values)
+    return values["status"]
+
+
+def refuse_unlike(study, version, file):
+    """Refuse a dataset by another method or version of the numerics, or with something else prescribed."""
+    path, control = file.source.path, file.study.grid.control
+    if control != study.grid.control:
+        raise StudyError(
+            f"{path}: {control} is prescribed there, here {study.grid.control}; they cannot join"
+        )
+    there = file.study.solve.model_dump() | {"numerics_version": file.attributes.get("numerics_version")}
+    here = study.solve.model_dump() | {"numerics_version": version}
+    unlike = [
+        f"{name} is {there.get(name)} there, here {here.get(name)}"
+        for name in sorted(here.keys() | there.keys())
+        if here.get(name) != there.get(name)
+    ]
+    if unlike:
+        raise StudyError(f"{path}: {', '.join(unlike)}; only results of the same numerics join")
+
+
+def state_labels(source):
+    """Names of the states of a dataset."""
+    with reading(source) as file:
+        return [str(name) for name in read_labels(file.variables["state"], source.path)]
+
+
+def _held(grid, sources):
+    """Grid points that some source holds, bool, shape (ends, H, given)."""
+    held = np.zeros((len(grid.ends), len(grid.H), len(grid.given)), bool)
+    for source in sources:
+        from_rows, rows = positions(source.H, grid.H)
+        from_columns, columns = positions(source.given, grid.given)
+        for number, ends in enumerate(source.ends):
+            if ends not in grid.ends:
+                continue
+            with reading(source) as file:
+                status = file.variables["status"][number]
+            known = (status != Status.NOT_COMPUTED).any(axis=-1)[np.ix_(from_rows, from_columns)]
+            held[np.ix_([grid.ends.index(ends)], rows, columns)] |= known
+    return held
