@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastica.codes import Status
+from elastica.control import CONTROLS, read_control
 from elastica.ends import Ends, parse_ends
 from elastica.equilibria.roots import CHUNK, every, find
 from elastica.equilibria.shortening_control import Targets
@@ -16,11 +17,8 @@ from elastica.equilibria.sweep import Table
 from elastica.inputs import broadcast
 from elastica.rows import Rows, failures
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import prescribed, solution_of, solve, unfollowed, unusable
+from elastica.solution import solution_of, solve, unfollowed, unusable
 from elastica.state import parse_state, states
-
-POTENTIAL = {"P": "energy", "shortening": "bending_energy"}
-"""What a stable state makes least at either control: with fixed ends the load does no work."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -102,7 +100,7 @@ class FoundStates(Rows):
 
     def __str__(self) -> str:
         """One line a state."""
-        least = POTENTIAL[self.control]
+        least = CONTROLS[self.control].potential
         heads = f"{'P':>10} {'H':>10}  {'state':<10} {'stability':<22} {'index':>5}"
         lines = [f"{heads} {least:>16} {'shortening':>12}"]
         lines += [
@@ -155,7 +153,8 @@ def find_states(
     """
     ends = parse_ends(ends)
     names = states(ends, max_contacts)
-    control, given = prescribed(P, shortening)
+    chosen, given = read_control(P, shortening)
+    control = chosen.name
     given, H, shape, labels = broadcast(**{control: given, "H": H})
     reasons = unusable(control, given, H)
     good = np.setdiff1d(np.arange(given.size), list(reasons))
@@ -174,7 +173,7 @@ def find_states(
         for name in COLUMNS
     }
     point, state = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
-    order = np.lexsort((columns[POTENTIAL[control]], point))
+    order = np.lexsort((columns[chosen.potential], point))
     columns = {name: values[order] for name, values in columns.items()}
     point = point[order]
     named = {}

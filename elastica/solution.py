@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastica.codes import Stability, Status
+from elastica.control import read_control
 from elastica.ends import Ends, parse_ends
 from elastica.equilibria.euler import euler_root
 from elastica.equilibria.roots import find, of_root, unresolved_load
@@ -244,7 +245,8 @@ def solve(
         raise ValueError(f"{', '.join(sorted(chain))}: of a chain only; add method='chain'")
     ends = parse_ends(ends)
     state = parse_state(state, ends)
-    control, values = prescribed(P, shortening)
+    chosen, values = read_control(P, shortening)
+    control = chosen.name
     given, H, shape, labels = broadcast(**{control: values, "H": H})
     unresolved = unresolved_load(state, ends) / FOUR_PI_SQUARED if control == "P" else np.inf
     reasons = unusable(control, given, H, unresolved)
@@ -269,13 +271,6 @@ def label(solution, labels):
     from elastica.labelled import LabelledSolution
 
     return LabelledSolution.of(solution, labels)
-
-
-def prescribed(P, shortening):
-    """Name and values of what is prescribed."""
-    if (P is None) == (shortening is None):
-        raise ValueError("give either P or shortening: one is prescribed, the other follows")
-    return ("P", P) if shortening is None else ("shortening", shortening)
 
 
 def solution_of(state, ends, control, given, H, found):

@@ -13,10 +13,11 @@ from elastica.chain.properties import outline
 from elastica.chain.resolution import SUSPECT, lag, links_for
 from elastica.chain.splitting import FEWEST_LINKS
 from elastica.codes import Status
+from elastica.control import read_control
 from elastica.ends import parse_ends
 from elastica.inputs import broadcast
 from elastica.shapes import Shape
-from elastica.solution import Solution, blank, label, prescribed, unusable
+from elastica.solution import Solution, blank, label, unusable
 from elastica.spelling import did_you_mean
 from elastica.stability.spectrum import Conventional
 from elastica.state import parse_state
@@ -156,7 +157,8 @@ def solve(
     ends = parse_ends(ends)
     state = parse_state(state, ends)
     profile = check_chain(state, links, clamp, stiffness)
-    control, values = prescribed(P, shortening)
+    chosen, values = read_control(P, shortening)
+    control = chosen.name
     given, H, shape, labels = broadcast(**{control: values, "H": H})
     reasons = unusable(control, given, H)
     model = Model(state, ends, control, links, clamp, profile)

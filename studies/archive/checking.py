@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from elastica.codes import Stability, Status
-from elastica.finding import POTENTIAL
+from elastica.control import CONTROLS
 from elastica.state import is_canonical
 from studies.archive.repeat import Repeated, repeat_events, repeat_points
 from studies.design.refinement import UNKNOWN, StableStates, first_points, next_points
@@ -176,7 +176,7 @@ def _agreement(study, labels, attributes):
 
 def _counts(values, control):
     """Summaries over the states that do not follow from the states."""
-    stable, preferred = summarise(values["status"], values["stability"], values[POTENTIAL[control]])
+    stable, preferred = summarise(values["status"], values["stability"], values[CONTROLS[control].potential])
     problems = []
     if not np.array_equal(stable, values["stable_count"]):
         problems.append("stable_count is not the number of stable states")

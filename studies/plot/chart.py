@@ -19,7 +19,7 @@ from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
 
 from elastica.codes import Status
-from elastica.finding import POTENTIAL
+from elastica.control import CONTROLS
 from elastica.paths.stable import stable_energy
 from elastica.solution import solve
 from studies.errors import StudyError
@@ -124,7 +124,7 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
     require(dataset, "status", "stability")
     dataset, units = restored(dataset)
     if show == "preferred":
-        require(dataset, POTENTIAL[control_of(dataset.sizes)])
+        require(dataset, CONTROLS[control_of(dataset.sizes)].potential)
     number = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):

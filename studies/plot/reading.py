@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
-from elastica.finding import POTENTIAL
+from elastica.control import CONTROLS
 from elastica.solution import LARGEST_LOAD
 from elastica.spelling import did_you_mean
 from elastica.state import MOST_ENUMERATED, is_canonical, parse_state
@@ -229,12 +229,13 @@ def preferred(grid, sets):
     It is found again from the states that are there: `preferred_state` is a position along the axis of states
     as it was written, before anything was selected.
     """
+    potential = CONTROLS[grid.control].potential
     least, bits = np.full(sets.bits.shape, np.inf), np.zeros_like(sets.bits)
     for k, name in enumerate(sets.names):
         stable = sets.bits >> k & 1 == 1
-        energy = grid.read(POTENTIAL[grid.control], grid.states.index(name))
+        energy = grid.read(potential, grid.states.index(name))
         if np.isnan(energy[stable]).any():
-            raise StudyError(f"the dataset lacks the {POTENTIAL[grid.control]} of {name} where it is stable")
+            raise StudyError(f"the dataset lacks the {potential} of {name} where it is stable")
         lower = stable & (energy < least)
         least[lower], bits[lower] = energy[lower], 1 << k
     return sets._replace(bits=bits)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
-from elastica.finding import POTENTIAL
+from elastica.control import CONTROLS
 from studies.errors import StudyError
 from studies.running.evaluate import absent, unknown, word_failed
 from studies.schema import VARIABLES, control_of, coordinates, failure_indices, per_state, variables
@@ -157,6 +157,7 @@ def _reduce_band(study, sources, dataset, labels, number, band):
     """Copy rows of one end condition from the files that hold them; their status."""
     grid = study.grid
     ends, control = grid.ends[number], grid.control
+    potential = CONTROLS[control].potential
     names = [str(name) for name in labels["state"]]
     H = labels["H"][band]
     verdict = {}
@@ -179,10 +180,8 @@ def _reduce_band(study, sources, dataset, labels, number, band):
                 status[word_failed(status, names) & (status == Status.NO_EQUILIBRIUM)] = Status.NOT_COMPUTED
             for name, array in values.items():
                 _write(dataset.variables[name], number, rows, array)
-        verdict |= {
-            name: values[name] for name in ("status", "stability", POTENTIAL[control]) if name in values
-        }
-    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[POTENTIAL[control]])
+        verdict |= {name: values[name] for name in ("status", "stability", potential) if name in values}
+    stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[potential])
     dataset.variables["stable_count"][number, band] = stable
     dataset.variables["preferred_state"][number, band] = preferred
     return verdict["status"]
