@@ -29,8 +29,8 @@ from studies.schema import (
     variables,
 )
 from studies.store.files import (
+    as_damage_error,
     content_hash,
-    damage_told,
     identify,
     opened,
     read_apart,
@@ -85,7 +85,7 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tu
     seed = secrets.randbelow(1 << 32) if seed is None else seed
     attributes = identify(path)
     problems = []
-    with damage_told(path):
+    with as_damage_error(path):
         if read_apart(content_hash, path) != attributes.get("content_hash"):
             problems.append("the values are not those that were written (content_hash differs)")
     study = _study(path, attributes, problems)

@@ -8,7 +8,7 @@ import time
 
 from studies.errors import StudyError, UnfitWorker
 from studies.progress import note
-from studies.running.worker import compute_block, prove
+from studies.running.worker import check_worker, compute_block
 
 IN_FLIGHT = 2
 """Blocks waiting for each thread of a worker, so that none idles while a result travels."""
@@ -45,7 +45,7 @@ def dispatch(client, blocks, job):
     waiting = [(block, 0) for block in reversed(blocks)]
     owner, flight = {}, as_completed(loop=client.loop)
     try:
-        _prove_workers(client, job)
+        _check_workers(client, job)
         threads, counted = _threads(client), time.monotonic()
         while waiting or owner:
             if time.monotonic() - counted > COUNT_EVERY:
@@ -79,11 +79,11 @@ def dispatch(client, blocks, job):
 
 
 def _compute(block, job):
-    """Solve a block at a worker, which may have joined after the others were proved."""
+    """Solve a block at a worker, which may have joined after the others were checked."""
     from distributed import get_worker
 
     try:
-        prove(job.folder, job.probe, job.versions)
+        check_worker(job.folder, job.probe, job.versions)
     except StudyError as problem:
         raise UnfitWorker(get_worker().address, str(problem)) from None
     return compute_block(block, job)
@@ -97,14 +97,14 @@ def _send_away(client, unfit):
         note(f"worker {address} was sent away, the run goes on without it: {problem}")
 
 
-def _prove_workers(client, job):
+def _check_workers(client, job):
     """Wait for a worker; refuse to begin unless each that is there can do the job."""
     try:
         client.wait_for_workers(1, timeout=WAIT)
     except TimeoutError:
         note(f"the scheduler has had no worker for {WAIT:g} s; start some, or wait for those in a queue")
         client.wait_for_workers(1)
-    answers = client.run(prove, job.folder, job.probe, job.versions, on_error="return")
+    answers = client.run(check_worker, job.folder, job.probe, job.versions, on_error="return")
     for address, answer in answers.items():
         if isinstance(answer, ImportError):
             answer = f"{answer}; install the same version of constrained-elastica there"

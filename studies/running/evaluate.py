@@ -175,7 +175,7 @@ def solve_points(ends, H, control, given, task, within=here):
     pieces = []
     for solver, names in solvers:
         compute = partial(within, solver, ends, H, control, given, task)
-        pieces += survive(compute, names, H.size)
+        pieces += isolate_failures(compute, names, H.size)
     exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
     labels = coordinates((ends,), (), control, (), names, task.outputs)
@@ -265,7 +265,7 @@ def word_failed(status, states):
     return failed | failed[..., first]
 
 
-def survive(compute, names, points):
+def isolate_failures(compute, names, points):
     """Solve names at all points; where that raises, at the halves, then half of the names.
 
     Yields

@@ -60,8 +60,8 @@ def versions():
     return (*decisive_versions().items(), *((name, version(name)) for name in CARRIERS))
 
 
-def prove(folder, probe, versions_here):
-    """Prove that this process sees the folder of a run and solves as its client would.
+def check_worker(folder, probe, versions_here):
+    """Check that this process sees the folder of a run and solves as its client would.
 
     Arguments are of built-in types, which a worker with another version of this package understands.
 

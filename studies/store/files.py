@@ -99,7 +99,7 @@ def opened(path, mode="r"):
 
 
 @contextmanager
-def damage_told(path):
+def as_damage_error(path):
     """Errors of reading a file of unknown health, here or in another process, as one sentence.
 
     Raises
@@ -252,7 +252,7 @@ def open(path: str | Path, chunks: Any = None) -> "Dataset":
     import studies.accessor  # noqa: F401
 
     identify(path)
-    with ACCESS, damage_told(path):
+    with ACCESS, as_damage_error(path):
         dataset = xarray.open_dataset(path, engine="netcdf4", lock=ACCESS)
     if chunks is None:
         return _with_plain_text(dataset)

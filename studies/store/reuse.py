@@ -17,7 +17,15 @@ from studies.errors import StudyError
 from studies.progress import note
 from studies.running.evaluate import word_failed
 from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of
-from studies.store.files import content_hash, damage_told, identify, mark_of, opened, read_apart, read_labels
+from studies.store.files import (
+    as_damage_error,
+    content_hash,
+    identify,
+    mark_of,
+    opened,
+    read_apart,
+    read_labels,
+)
 from studies.store.joining import positions, read_rows
 from studies.store.sources import Source, reading, refuse_changed
 
@@ -43,7 +51,7 @@ def read_finished(path):
     """
     mark = mark_of(path)
     attributes = identify(path)
-    with damage_told(path):
+    with as_damage_error(path):
         content = read_apart(content_hash, path)
         study = Study.from_dict(json.loads(attributes["config_json"]), path)
         if study.study_id != attributes["study_id"]:

@@ -11,7 +11,7 @@ import numpy as np
 
 from elastica.paths.transitions import transitions
 from elastica.state import is_canonical
-from studies.running.evaluate import Block, Piece, here, survive
+from studies.running.evaluate import Block, Piece, here, isolate_failures
 from studies.schema import TRANSITIONS, TRANSITIONS_FAILED
 from studies.store.files import opened, read_labels
 from studies.store.layout import COMPRESSION, write_labels
@@ -66,7 +66,7 @@ def find_events(block, names, within=here):
     """
     H, rows, failed = np.array(block.H), [], []
     for name in (name for name in names if is_canonical(name, block.ends)):
-        for piece in survive(partial(within, _find, block.ends, H, block.given), [name], H.size):
+        for piece in isolate_failures(partial(within, _find, block.ends, H, block.given), [name], H.size):
             failed += [
                 f"{place_of(block.ends, H[piece.points[i]], name)}: {why}" for i, why in piece.reasons.items()
             ]

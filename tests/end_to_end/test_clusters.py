@@ -18,7 +18,7 @@ from studies.command_line import main
 from studies.design.study import NUMERICS_VERSION
 from studies.running import cluster, dispatch, runner
 from studies.running.cluster import queued_cluster, running_cluster
-from studies.running.worker import prove, versions
+from studies.running.worker import check_worker, versions
 from studies.store.files import identify
 
 STRANGE = "import studies.running.worker; studies.running.worker.versions = lambda: (('numerics', '0'),); "
@@ -126,13 +126,13 @@ def test_workers_leave_and_join_in_the_run(by_hand, tmp_path, monkeypatch, capsy
     assert told.count("was sent away, the run goes on without it: a worker has other versions") == 1
 
 
-def test_a_worker_proves_that_it_sees_the_folder_and_has_the_same_versions(tmp_path):
+def test_a_worker_is_asked_whether_it_sees_the_folder_and_has_the_same_versions(tmp_path):
     with pytest.raises(StudyError, match="does not see this folder"):
-        prove(tmp_path, ".probe-1", versions())
+        check_worker(tmp_path, ".probe-1", versions())
     (tmp_path / ".probe-1").touch()
-    prove(tmp_path, ".probe-1", versions())
+    check_worker(tmp_path, ".probe-1", versions())
     with pytest.raises(StudyError, match=f"numerics 0 here, {NUMERICS_VERSION} there, tea 1 here, None"):
-        prove(tmp_path, ".probe-1", (("numerics", "0"), *versions()[1:], ("tea", "1")))
+        check_worker(tmp_path, ".probe-1", (("numerics", "0"), *versions()[1:], ("tea", "1")))
 
 
 @pytest.mark.parametrize(
