@@ -39,6 +39,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Code, Event, Stability, Status
+from elastica.state import is_canonical
 
 FORMAT_VERSION = 2
 """Raised whenever an older version would misread a file; files of older formats still open."""
@@ -291,3 +292,68 @@ def per_state(labels, outputs):
 def failure_indices(control):
     """Columns of the failure table that say where a point is."""
     return tuple(f"failure_{axis}" for axis in ("ends", "H", control, "state"))
+
+
+def unknown(name, variable, shape, states, ends):
+    """Values of a variable where nothing was found: no equilibrium, if the state has a meaning there.
+
+    Parameters
+    ----------
+    name : str
+    variable : Variable
+    shape : tuple of int
+    states : sequence of str
+        Labels of the states, the last axis of `status`.
+    ends : str
+
+    Returns
+    -------
+    ndarray
+    """
+    values = np.full(shape, variable.missing, variable.dtype)
+    if name == "status":
+        known = [is_canonical(state.partition(":")[0], ends) for state in states]
+        values[..., known] = Status.NO_EQUILIBRIUM
+    return values
+
+
+def absent(name, status, among, states):
+    """Status of a state where it was not found: if a root of its word was not followed, neither was it.
+
+    Parameters
+    ----------
+    name : str
+    status : ndarray of int, shape (...)
+        NO_EQUILIBRIUM where it was not found.
+    among : ndarray of int, shape (..., states)
+        Status of other roots of the word, among others.
+    states : sequence of str
+        Their labels.
+
+    Returns
+    -------
+    ndarray of int, shape (...)
+    """
+    word = name.partition(":")[0]
+    roots = [number for number, state in enumerate(states) if state.partition(":")[0] == word]
+    lost = (among[..., roots] == Status.NOT_FOLLOWED).any(axis=-1)
+    return np.where(lost & (status == Status.NO_EQUILIBRIUM), Status.NOT_FOLLOWED, status)
+
+
+def word_failed(status, states):
+    """Whether the search for a state's word failed: then nothing is known of its further roots.
+
+    Parameters
+    ----------
+    status : ndarray, shape (..., states)
+    states : sequence of str
+        Labels of the states.
+
+    Returns
+    -------
+    ndarray of bool, shape (..., states)
+    """
+    failed = status == Status.FAILED
+    place = {state: number for number, state in enumerate(states)}
+    first = [place.get(state.partition(":")[0], number) for state, number in place.items()]
+    return failed | failed[..., first]

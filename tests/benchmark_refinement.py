@@ -14,9 +14,9 @@ from scipy.spatial import cKDTree
 
 import studies
 from studies import Study
-from studies.design.refinement import UNKNOWN, StableStates, first_points, next_points
+from studies.design.refinement import UNKNOWN, first_points, next_points
 from studies.design.tables import Refine
-from studies.store.sources import Source
+from studies.store.sources import Source, StableStates
 
 LEVELS = 5
 CONTENT = {

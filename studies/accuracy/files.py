@@ -14,7 +14,7 @@ from studies.accuracy.measure import dataset
 from studies.accuracy.report import figure, markdown
 from studies.accuracy.scenes import scenes
 from studies.errors import StudyError
-from studies.store.whole_files import written_whole
+from studies.whole_files import written_whole
 
 
 @dataclass

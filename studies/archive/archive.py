@@ -19,7 +19,7 @@ from studies.store.files import identify
 from studies.store.provenance import now
 from studies.store.reuse import read_finished, state_labels
 from studies.store.sources import refuse_changed
-from studies.store.whole_files import temporary_name, written_whole
+from studies.whole_files import temporary_name, written_whole
 
 PATIENCE = 60.0
 """Seconds to wait while other processes add their datasets."""

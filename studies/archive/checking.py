@@ -13,12 +13,11 @@ from elastica.codes import Stability, Status
 from elastica.control import CONTROLS
 from elastica.state import is_canonical
 from studies.archive.repeat import Repeated, repeat_events, repeat_points
-from studies.design.refinement import UNKNOWN, StableStates, first_points, next_points
+from studies.design.refinement import UNKNOWN, first_points, next_points
 from studies.design.study import NUMERICS_VERSION, Study
 from studies.design.tables import Outputs
 from studies.errors import StudyError
 from studies.messages import cut
-from studies.running.evaluate import word_failed
 from studies.schema import (
     COORDINATES,
     STATES_NOT_COMPUTED,
@@ -27,6 +26,7 @@ from studies.schema import (
     coordinates,
     failure_indices,
     variables,
+    word_failed,
 )
 from studies.store.files import (
     as_damage_error,
@@ -38,7 +38,7 @@ from studies.store.files import (
     refuse_more_than_memory,
 )
 from studies.store.joining import summarise
-from studies.store.sources import Source
+from studies.store.sources import Source, StableStates
 from studies.store.structure import is_type
 from studies.store.transition_table import read_events
 

@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Event, Stability, Status
-from studies.running.evaluate import absent, solve_points, unknown, word_failed
-from studies.schema import VARIABLES, coordinates, per_state
-from studies.store.transition_table import Gaps, find_events, in_order, place_of
+from studies.design.block import Gaps
+from studies.running.evaluate import find_events, solve_points
+from studies.schema import VARIABLES, absent, coordinates, per_state, unknown, word_failed
+from studies.store.transition_table import in_order, place_of
 
 SAMPLE_GAPS = 3
 """At how many gaps points are solved again under prescribed shortening, since each is traced."""

@@ -14,13 +14,12 @@ import numpy as np
 from elastica.ends import parse_ends
 from elastica.equilibria.roots import CHUNK, alternates
 from elastica.state import is_canonical, parse_state
-from studies.design.refinement import StableStates, first_places, next_points
+from studies.design.block import Block, Gaps, Scattered, Task
+from studies.design.refinement import first_places, next_points
 from studies.design.study import Study
 from studies.errors import StudyError
 from studies.messages import readable_bytes, readable_time
-from studies.running.evaluate import Block, Scattered, Task
 from studies.schema import coordinates, variables
-from studies.store.transition_table import Gaps
 
 SECONDS_PER_STATE = 8e-6
 """One state at one grid point on one core of 2020–25, from a closed start."""
@@ -187,10 +186,16 @@ class Plan:
             longest=max(seconds),
         )
 
-    def next(self, stable: StableStates) -> "Plan":
-        """The plan for what a refined study wants next, given what is known; without blocks if nothing."""
+    def next(self, codes: np.ndarray) -> "Plan":
+        """The plan for what a refined study wants next; without blocks if nothing.
+
+        Parameters
+        ----------
+        codes : ndarray of int, shape (ends, H, given)
+            What is known, as for `next_points`.
+        """
         study = self.study
-        wanted = np.array([next_points(codes, study.grid.refine) for codes in stable.codes])
+        wanted = np.array([next_points(plane, study.grid.refine) for plane in codes])
         return Plan.of(study, self.block_points, self.known, rest=(self.task.names, wanted))
 
     @property

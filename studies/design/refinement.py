@@ -4,15 +4,11 @@ On the grid of integers, whose steps are those of the finest labels, a cell is m
 it, or on its boundary, do not all have the same stable states. A mixed cell is cut in four, so the points
 that are wanted follow from the points that are known: no tree is stored, and a run that was stopped goes on
 from its shards. What is found on an edge is known to both cells beside it, so a boundary is followed
-wherever it leads. Not here: how the points are computed (`runner`).
+wherever it leads. Not here: what is known in files (`sources`), how the
+points are computed (`runner`).
 """
 
 import numpy as np
-
-from elastica.codes import Stability, Status
-from studies.store.files import read_labels
-from studies.store.joining import read_points, shared
-from studies.store.sources import reading
 
 UNKNOWN = -1
 SEED = 20261122
@@ -94,35 +90,3 @@ def _of_quarters(function, cells):
     """The least, or the greatest, of the values of the four cells that make one of twice their side."""
     halves = function(cells[::2], cells[1::2])
     return function(halves[:, ::2], halves[:, 1::2])
-
-
-class StableStates:
-    """What is known of a grid: at each point a number for the set of states that are stable there.
-
-    Attributes
-    ----------
-    codes : ndarray of int, shape (ends, H, given)
-    """
-
-    def __init__(self, grid):
-        self.codes = np.full((len(grid.ends), len(grid.H), len(grid.given)), UNKNOWN, "i4")
-        self._grid = grid
-        self._number = {}
-
-    def learn(self, source):
-        """Take what a file holds."""
-        grid = self._grid
-        there, here = shared(source, np.array(grid.H), np.array(grid.given))
-        with reading(source) as file:
-            names = read_labels(file.variables["state"], source.path)
-            for ends in set(source.ends) & set(grid.ends):
-                status, stability = (
-                    read_points(file.variables[name], source.ends.index(ends), there)
-                    for name in ("status", "stability")
-                )
-                known = (status != Status.NOT_COMPUTED).any(axis=1)
-                stable = (status == Status.SOLVED) & (stability == Stability.STABLE)
-                sets, which = np.unique(stable[known], axis=0, return_inverse=True)
-                codes = [self._number.setdefault(frozenset(names[row]), len(self._number)) for row in sets]
-                plane = self.codes[grid.ends.index(ends)]
-                plane[tuple(place[known] for place in here)] = np.array(codes, "i4")[which.ravel()]

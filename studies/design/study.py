@@ -16,12 +16,12 @@ from elastica.chain.profile import parse_profile
 from elastica.paths.transitions import LARGEST_P
 from elastica.spelling import did_you_mean
 from elastica.state import parse_state, states
+from studies.design.block import Task
 from studies.design.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
 from studies.design.toml import LARGEST_FILE, read_toml
 from studies.errors import StudyError
+from studies.kinds import refuse_other
 from studies.messages import named, shown
-from studies.running.evaluate import Task
-from studies.store.kinds import refuse_other
 
 if TYPE_CHECKING:
     from studies.design.plan import Plan

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 from studies.errors import StudyError
-from studies.store.whole_files import written_whole
+from studies.whole_files import written_whole
 
 RESOLUTION, ON_SCREEN = 200, 100
 """Dots to the inch, in files and in notebooks."""

@@ -145,7 +145,7 @@ def _encryption(folder):
     from distributed import Security
 
     from studies.store.shards import OF_CLUSTER
-    from studies.store.whole_files import PART
+    from studies.whole_files import PART
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)

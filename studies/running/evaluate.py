@@ -1,4 +1,4 @@
-"""Solve one block of a study: a pure function from labels to arrays.
+"""Solve one block of a study: a pure function from labels to arrays, or to events.
 
 An exception at one point costs that point: the block is halved until the point stands alone, then the
 states that are searched together until the guilty one does, which is recorded as failed with the reason.
@@ -8,7 +8,6 @@ Not here: files, processes, progress.
 import warnings
 from dataclasses import fields
 from functools import partial
-from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -16,83 +15,18 @@ import numpy as np
 from elastica.codes import Status
 from elastica.ends import parse_ends
 from elastica.finding import search
+from elastica.paths.transitions import transitions
 from elastica.solution import Solution, solve
 from elastica.state import is_canonical, parse_state
 from studies.errors import StudyError
-from studies.schema import PER_CONTACT, VARIABLES, coordinates, per_state
+from studies.schema import PER_CONTACT, VARIABLES, absent, coordinates, per_state, unknown
+from studies.store.transition_table import Row, place_of
 
 PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
 FIELDS = {field.name for field in fields(Solution)}
 
 
-class Block(NamedTuple):
-    """A rectangle of the grid: one end condition, some half gaps, some loads or shortenings, every state.
-
-    `place` is the position (ends, first H, first of those given) in the grid; `control` says what is given.
-    """
-
-    place: tuple[int, int, int]
-    ends: str
-    H: tuple[float, ...]
-    control: str
-    given: tuple[float, ...]
-
-    @property
-    def shape(self):
-        """Extent of its arrays along ends, H and the control."""
-        return 1, len(self.H), len(self.given)
-
-    @property
-    def points(self):
-        """Number of grid points."""
-        return prod(self.shape)
-
-    def labels(self):
-        """Labels H and those given of every point, in the order of the arrays, shape (points,)."""
-        return tuple(grid.ravel() for grid in np.meshgrid(self.H, self.given, indexing="ij"))
-
-
-class Scattered(Block):
-    """Some points of the grid, wherever they are: `H` and `given` have the labels of each, in one row."""
-
-    __slots__ = ()
-
-    @property
-    def shape(self):
-        """Extent of its arrays along ends, H and the control."""
-        return 1, 1, len(self.given)
-
-    def labels(self):
-        """Labels H and those given of every point, shape (points,)."""
-        return np.array(self.H), np.array(self.given)
-
-
-class Task(NamedTuple):
-    """What is computed at every grid point.
-
-    With `every_root`, all roots of the words among `names`, which are then those of first roots;
-    `outputs` and `method` are those of the study.
-    """
-
-    names: tuple[str, ...]
-    every_root: bool
-    outputs: object
-    method: object
-
-    def in_order(self, found):
-        """Names that label a dataset in which these were found: by name, then by root; never none."""
-        if not self.every_root:
-            return self.names
-        place = {name: number for number, name in enumerate(self.names)}
-
-        def rank(name):
-            first, _, root = name.partition(":")
-            return place[first], int(root or 1)
-
-        return tuple(sorted(set(found), key=rank)) or self.names[:1]
-
-
-class Piece(NamedTuple):
+class Outcome(NamedTuple):
     """One state at some points: values by variable, and reasons of failure by position in `points`."""
 
     name: str
@@ -172,11 +106,11 @@ def solve_points(ends, H, control, given, task, within=here):
         alone = [name for name in alone if name not in words]
         solvers.append((_search, words))
     solvers += [(_solve, [name]) for name in alone]
-    pieces = []
+    outcomes = []
     for solver, names in solvers:
         compute = partial(within, solver, ends, H, control, given, task)
-        pieces += isolate_failures(compute, names, H.size)
-    exist = [piece.name for piece in pieces if (piece.values["status"] != Status.NO_EQUILIBRIUM).any()]
+        outcomes += isolate_failures(compute, names, H.size)
+    exist = [some.name for some in outcomes if (some.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
     labels = coordinates((ends,), (), control, (), names, task.outputs)
     arrays = {
@@ -185,7 +119,7 @@ def solve_points(ends, H, control, given, task, within=here):
     }
     failed = []
     place = {name: number for number, name in enumerate(names)}
-    for name, points, values, reasons in pieces:
+    for name, points, values, reasons in outcomes:
         if name not in place:
             continue
         state = place[name]
@@ -200,83 +134,18 @@ def solve_points(ends, H, control, given, task, within=here):
     return names, arrays, sorted(failed)
 
 
-def unknown(name, variable, shape, states, ends):
-    """Values of a variable where nothing was found: no equilibrium, if the state has a meaning there.
-
-    Parameters
-    ----------
-    name : str
-    variable : Variable
-    shape : tuple of int
-    states : sequence of str
-        Labels of the states, the last axis of `status`.
-    ends : str
-
-    Returns
-    -------
-    ndarray
-    """
-    values = np.full(shape, variable.missing, variable.dtype)
-    if name == "status":
-        known = [is_canonical(state.partition(":")[0], ends) for state in states]
-        values[..., known] = Status.NO_EQUILIBRIUM
-    return values
-
-
-def absent(name, status, among, states):
-    """Status of a state where it was not found: if a root of its word was not followed, neither was it.
-
-    Parameters
-    ----------
-    name : str
-    status : ndarray of int, shape (...)
-        NO_EQUILIBRIUM where it was not found.
-    among : ndarray of int, shape (..., states)
-        Status of other roots of the word, among others.
-    states : sequence of str
-        Their labels.
-
-    Returns
-    -------
-    ndarray of int, shape (...)
-    """
-    word = name.partition(":")[0]
-    roots = [number for number, state in enumerate(states) if state.partition(":")[0] == word]
-    lost = (among[..., roots] == Status.NOT_FOLLOWED).any(axis=-1)
-    return np.where(lost & (status == Status.NO_EQUILIBRIUM), Status.NOT_FOLLOWED, status)
-
-
-def word_failed(status, states):
-    """Whether the search for a state's word failed: then nothing is known of its further roots.
-
-    Parameters
-    ----------
-    status : ndarray, shape (..., states)
-    states : sequence of str
-        Labels of the states.
-
-    Returns
-    -------
-    ndarray of bool, shape (..., states)
-    """
-    failed = status == Status.FAILED
-    place = {state: number for number, state in enumerate(states)}
-    first = [place.get(state.partition(":")[0], number) for state, number in place.items()]
-    return failed | failed[..., first]
-
-
 def isolate_failures(compute, names, points):
     """Solve names at all points; where that raises, at the halves, then half of the names.
 
     Yields
     ------
-    Piece
+    Outcome
     """
     parts = [(np.arange(points), names)] if names else []
     while parts:
         points, names = parts.pop()
         try:
-            pieces = compute(names, points)
+            outcomes = compute(names, points)
         except StudyError:
             # That there is nothing to solve with is no matter of the point.
             raise
@@ -288,9 +157,9 @@ def isolate_failures(compute, names, points):
                 parts += [(points, names[middle:]), (points, names[:middle])]
             else:
                 status = {"status": np.array([Status.FAILED])}
-                yield Piece(names[0], points, status, {0: f"{type(problem).__name__}: {problem}"})
+                yield Outcome(names[0], points, status, {0: f"{type(problem).__name__}: {problem}"})
             continue
-        yield from pieces
+        yield from outcomes
 
 
 def _solve(ends, H, control, given, task, names, points):
@@ -302,7 +171,7 @@ def _solve(ends, H, control, given, task, names, points):
             solution = solve(
                 name, H=H[points], ends=ends, **{control: given[points]}, **task.method.arguments
             )
-        yield Piece(name, points, _values(solution, task.outputs), solution.reasons)
+        yield Outcome(name, points, _values(solution, task.outputs), solution.reasons)
 
 
 def _search(ends, H, control, given, task, names, points):
@@ -316,7 +185,8 @@ def _search(ends, H, control, given, task, names, points):
             if chain:
                 yield from _solve(ends, H, control, given, task, [name], points[place[own]])
             else:
-                yield Piece(name, points[place[own]], {key: value[own] for key, value in values.items()}, {})
+                there = {key: value[own] for key, value in values.items()}
+                yield Outcome(name, points[place[own]], there, {})
 
 
 def _values(solution, outputs):
@@ -335,3 +205,39 @@ def _values(solution, outputs):
         shape = solution.shape(outputs.shapes)
         values |= {"theta": shape.theta, "x": shape.x, "y": shape.y}
     return values
+
+
+def find_events(block, names, within=here):
+    """Events of states at the gaps of a block.
+
+    Parameters
+    ----------
+    block : Gaps
+    names : sequence of str
+        Those that have no meaning with these ends are left out.
+    within : callable
+        As for `evaluate`: what it raises costs one state at one gap.
+
+    Returns
+    -------
+    rows : list of Row
+    failed : list of str
+        Where events could not be found, and why.
+    """
+    H, rows, failed = np.array(block.H), [], []
+    find = partial(within, _transitions, block.ends, H, block.given)
+    for name in (name for name in names if is_canonical(name, block.ends)):
+        for _, points, values, reasons in isolate_failures(find, [name], H.size):
+            failed += [f"{place_of(block.ends, H[points[i]], name)}: {why}" for i, why in reasons.items()]
+            rows += values.get("rows", [])
+    return rows, failed
+
+
+def _transitions(ends, H, given, names, selected):
+    """Rows of states at the gaps selected."""
+    first, last = given
+    for name in names:
+        found = transitions(name, H[selected], ends, P_max=last)
+        columns = (getattr(found, column).tolist() for column in Row._fields[1:])
+        rows = [Row(ends, *row) for row in zip(*columns, strict=True)]
+        yield Outcome(name, selected, {"rows": [row for row in rows if row.P >= first]}, {})

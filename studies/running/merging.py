@@ -1,6 +1,6 @@
 """Join finished datasets of the same numerics along ends, H, what is prescribed, and states.
 
-Not here: what they hold (`known`), the copying (`reduction`).
+Not here: what they hold (`reuse`), the copying (`joining`).
 """
 
 from dataclasses import replace
@@ -17,10 +17,10 @@ from studies.progress import note
 from studies.running.output import refuse_unwritable
 from studies.running.runner import compute
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED, per_state
-from studies.store.joining import joined_labels, positions, reduce, survey
+from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
 from studies.store.reuse import gaps, known_from, read_finished, refuse_unlike, state_labels
-from studies.store.sources import reading
+from studies.store.sources import positions, reading
 
 AGREE = 1e-9
 """Values of the same point from different processors differ by less."""

@@ -16,8 +16,8 @@ from studies.schema import STATES_NOT_COMPUTED
 from studies.store.files import identify, opened, refuse_path, why_unlockable
 from studies.store.provenance import now, texts
 from studies.store.shards import LONGEST_NAME, folder_of
-from studies.store.whole_files import temporary_beside, temporary_name, written_whole
 from studies.system import refuse_windows_path
+from studies.whole_files import temporary_beside, temporary_name, written_whole
 
 
 def is_done(study, out):

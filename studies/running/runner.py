@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.design.plan import Plan
-from studies.design.refinement import StableStates
 from studies.design.study import NUMERICS_VERSION, Study
 from studies.errors import FailedPoints, StudyError
 from studies.messages import readable_bytes, readable_time
@@ -37,8 +36,8 @@ from studies.store.shards import (
     remove_shards,
     tell_of_others,
 )
-from studies.store.sources import source_of
-from studies.store.whole_files import discard_temporaries
+from studies.store.sources import StableStates, source_of
+from studies.whole_files import discard_temporaries
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -289,7 +288,7 @@ def _rounds(plan, fill):
     while True:
         for source in _sources(plan, new):
             stable.learn(source)
-        plan = plan.next(stable)
+        plan = plan.next(stable.codes)
         if not plan.blocks:
             return shards
         new = fill(plan)

@@ -14,12 +14,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from studies.design.block import Gaps, Task
 from studies.errors import FailedPoints, StudyError
-from studies.running.evaluate import Task, evaluate, here
+from studies.running.evaluate import evaluate, find_events, here
 from studies.sandbox import Lost, call
 from studies.store.provenance import decisive_versions
 from studies.store.shards import write_events_shard, write_shard
-from studies.store.transition_table import Gaps, find_events
 
 LEAST_SHARE, LEAST_SECONDS = 1 / 20, 10.0
 """Of the time limit of a block, for its smallest part: some work is the same for one point as for many."""

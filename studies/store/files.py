@@ -18,11 +18,11 @@ import numpy as np
 import psutil
 
 from studies.errors import StudyError
+from studies.kinds import MOST_NEEDED, refuse_other
 from studies.messages import readable_path
 from studies.sandbox import Lost, call
 from studies.schema import FORMAT_VERSION, STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.store.access import ACCESS
-from studies.store.kinds import MOST_NEEDED, refuse_other
 from studies.store.layout import CHUNK_BYTES
 from studies.store.structure import MEANING, fault
 

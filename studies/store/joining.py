@@ -12,13 +12,12 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.control import CONTROLS
 from studies.errors import StudyError
-from studies.running.evaluate import absent, unknown, word_failed
-from studies.schema import VARIABLES, control_of, coordinates, failure_indices, per_state, variables
+from studies.schema import control_of, coordinates, failure_indices, per_state, variables, word_failed
 from studies.store.files import content_hash, opened, read_labels
 from studies.store.layout import chunks, define, write_failures
-from studies.store.sources import reading
+from studies.store.sources import positions, read_points, read_rows, reading, shared
 from studies.store.transition_table import join_events, write_events
-from studies.store.whole_files import written_whole
+from studies.whole_files import written_whole
 
 GROUP_BYTES = 300_000_000
 """Bytes of variables that are copied together, so that each source is opened once for all of them."""
@@ -236,95 +235,6 @@ def summarise(status, stability, energy):
     lowest = np.where(stable, energy, np.inf).argmin(axis=-1)
     computed = (status != Status.NOT_COMPUTED).any(axis=-1)
     return np.where(computed, stable.sum(axis=-1), -1), np.where(stable.any(axis=-1), lowest, -1)
-
-
-def positions(labels, wanted):
-    """Positions in `labels`, and in `wanted`, of the labels that are in both; both increase."""
-    labels, wanted = np.asarray(labels), np.asarray(wanted)
-    if labels.size > wanted.size:
-        return positions(wanted, labels)[::-1]
-    place = np.searchsorted(wanted, labels)
-    both = wanted[np.minimum(place, wanted.size - 1)] == labels
-    return np.flatnonzero(both), place[both]
-
-
-def shared(source, H, given):
-    """Points that a source and a grid with these labels have both: rows and columns there, and here.
-
-    Parameters
-    ----------
-    source : Source
-    H, given : ndarray
-        Increasing labels.
-
-    Returns
-    -------
-    there, here : tuple of ndarray of int, each (rows, columns) of the points
-    """
-    if source.scattered:
-        places = [
-            np.searchsorted(labels, wanted).clip(max=labels.size - 1)
-            for labels, wanted in ((H, source.H), (given, source.given))
-        ]
-        found = np.flatnonzero((H[places[0]] == source.H) & (given[places[1]] == source.given))
-        return (np.zeros_like(found), found), tuple(place[found] for place in places)
-    both = [positions(source.H, H), positions(source.given, given)]
-    return tuple(
-        tuple(place.ravel() for place in np.meshgrid(*places, indexing="ij"))
-        for places in zip(*both, strict=True)
-    )
-
-
-def read_points(variable, number, points):
-    """Values of a variable of a file at some points, rows and columns, of one end condition."""
-    if not points[0].size:
-        return variable[number, :0, 0]
-    first, last = ([place.min() for place in points], [place.max() + 1 for place in points])
-    slab = variable[number, first[0] : last[0], first[1] : last[1]]
-    return slab[points[0] - first[0], points[1] - first[1]]
-
-
-def read_rows(source, group, ends, H, given, names, values):
-    """Copy what a source holds of some rows into `values`, by variable, shape (rows, columns, state, …)."""
-    there, here = shared(source, np.asarray(H), np.asarray(given))
-    if not there[0].size:
-        return
-    number = source.ends.index(ends)
-    with reading(source) as file:
-        place = {str(state): i for i, state in enumerate(read_labels(file.variables["state"], source.path))}
-        arrays = {
-            name: read_points(file.variables[name], number, there)
-            for name in ("status", *group)
-            if name in file.variables
-        }
-    computed = arrays["status"] != Status.NOT_COMPUTED
-    nowhere = unknown("status", VARIABLES["status"], (len(names),), names, ends)
-    for state, label in enumerate(names):
-        if label in place:
-            which = computed[:, place[label]]
-        elif _searched(source, label):
-            which = np.ones(len(computed), bool)
-        else:
-            continue
-        rows, columns = (index[which] for index in here)
-        for name, variable in group.items():
-            target = values[name]
-            if label in place and name in arrays:
-                # A file has labels for the contacts of its own states only.
-                array = arrays[name]
-                extra = tuple(
-                    slice(min(sizes)) for sizes in zip(array.shape[2:], target.shape[3:], strict=True)
-                )
-                target[(rows, columns, state, *extra)] = array[(which, place[label], *extra)]
-            else:
-                target[rows, columns, state] = variable.missing
-                if name == "status":
-                    target[rows, columns, state] = absent(label, nowhere[state], arrays["status"], place)
-
-
-def _searched(source, label):
-    """Whether a state was looked for in a file, so that its absence means that it exists nowhere there."""
-    return (label.partition(":")[0] if source.every_root else label) in source.searched
 
 
 def _failures(source, ends, number, band, labels, status):

@@ -2,7 +2,7 @@
 
 A dataset leaves out the states that are solved nowhere in it. Where another part of the study does solve
 one, its points lack it: these gaps are what remains to be computed there. Not here: the copying
-(`reduction`), the computing (`runner`).
+(`joining`), the computing (`runner`).
 """
 
 import json
@@ -15,8 +15,7 @@ from elastica.state import is_canonical
 from studies.design.study import NUMERICS_VERSION, Study
 from studies.errors import StudyError
 from studies.progress import note
-from studies.running.evaluate import word_failed
-from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of
+from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, word_failed
 from studies.store.files import (
     as_damage_error,
     content_hash,
@@ -26,8 +25,7 @@ from studies.store.files import (
     read_apart,
     read_labels,
 )
-from studies.store.joining import positions, read_rows
-from studies.store.sources import Source, reading, refuse_changed
+from studies.store.sources import Source, positions, read_rows, reading, refuse_changed
 
 BAND = 10_000_000
 """States whose gaps are looked for at a time."""

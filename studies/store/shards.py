@@ -5,7 +5,7 @@ and of the versions of this package, numpy and scipy; the texts of a study are n
 nothing. The seal is a hash of the identity of the study, the labels of the block and every byte: a shard that
 is damaged or cut short is known before netCDF, which may hang on it, opens it. Shards of other owners are
 neither used nor removed. Not here: which blocks there are (`plan`), when they are computed (`runner`), how
-they are joined (`reduction`).
+they are joined (`joining`).
 """
 
 import hashlib
@@ -30,7 +30,7 @@ from studies.store.files import READING_FAILS, opened, read_apart
 from studies.store.layout import define, write_failures
 from studies.store.provenance import decisive_versions
 from studies.store.transition_table import write_events
-from studies.store.whole_files import PART, sync, temporary_beside
+from studies.whole_files import PART, sync, temporary_beside
 
 NAME = re.compile(
     r"(?P<place>[0-9]{6,}(-[0-9]{6,}){4})(\.(?P<owner>[0-9a-f]{16}))?\.(?P<seal>[0-9a-f]{32})\.nc"
@@ -77,7 +77,7 @@ def owner_of(identity):
 
 def place_of(block):
     """A block's place and extent in the grid, as the names of its files begin."""
-    return "-".join(f"{number:06d}" for number in (*block.place, *block.shape[1:]))
+    return "-".join(f"{number:06d}" for number in block.key)
 
 
 def write_shard(folder, identity, block, outputs, names, arrays, failures, seconds):

@@ -2,35 +2,16 @@
 
 The events of a state depend on its gap alone, not on the loads of the grid: they are found at blocks of
 gaps, when the points have told which states there are. A shard of such a block holds rows of the table.
+Not here: how they are found (`evaluate`).
 """
 
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.paths.transitions import transitions
-from elastica.state import is_canonical
-from studies.running.evaluate import Block, Piece, here, isolate_failures
 from studies.schema import TRANSITIONS, TRANSITIONS_FAILED
 from studies.store.files import opened, read_labels
 from studies.store.layout import COMPRESSION, write_labels
-
-
-class Gaps(Block):
-    """Half gaps whose events are found between the first and the last load of the study, both `given`."""
-
-    __slots__ = ()
-
-    @property
-    def shape(self):
-        """As of a block without loads, so that its shard has a name that no block of points has."""
-        return 1, len(self.H), 0
-
-    @property
-    def points(self):
-        """Number of gaps."""
-        return len(self.H)
 
 
 class Row(NamedTuple):
@@ -47,46 +28,9 @@ class Row(NamedTuple):
     index_after: int
 
 
-def find_events(block, names, within=here):
-    """Events of states at the gaps of a block.
-
-    Parameters
-    ----------
-    block : Gaps
-    names : sequence of str
-        Those that have no meaning with these ends are left out.
-    within : callable
-        As for `evaluate`: what it raises costs one state at one gap.
-
-    Returns
-    -------
-    rows : list of Row
-    failed : list of str
-        Where events could not be found, and why.
-    """
-    H, rows, failed = np.array(block.H), [], []
-    for name in (name for name in names if is_canonical(name, block.ends)):
-        for piece in isolate_failures(partial(within, _find, block.ends, H, block.given), [name], H.size):
-            failed += [
-                f"{place_of(block.ends, H[piece.points[i]], name)}: {why}" for i, why in piece.reasons.items()
-            ]
-            rows += piece.values.get("rows", [])
-    return rows, failed
-
-
 def place_of(ends, H, name):
     """Where the events of a state are looked for, in words."""
     return f"{ends} H={H:.12g} {name}"
-
-
-def _find(ends, H, given, names, selected):
-    """Rows of states at the gaps selected."""
-    first, last = given
-    for name in names:
-        found = transitions(name, H[selected], ends, P_max=last)
-        columns = (getattr(found, column).tolist() for column in Row._fields[1:])
-        rows = [Row(ends, *row) for row in zip(*columns, strict=True)]
-        yield Piece(name, selected, {"rows": [row for row in rows if row.P >= first]}, {})
 
 
 def in_order(rows, ends, names):

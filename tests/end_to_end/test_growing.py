@@ -280,7 +280,7 @@ def led_elsewhere(old, other):
 )
 def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeypatch, change, moment):
     """Whenever it is changed, nothing is written; what is computed is kept, and serves when it is back."""
-    from studies.store import joining, reuse
+    from studies.store import reuse, sources
 
     small = changed(part(), states={"names": ["0", "U"]}, outputs={})
     wide = changed(small, grid={"ends": ["clamped-clamped"], "H": [0.08, 0.12], "P": [1.8, 3.4, 5.0, 6.0]})
@@ -312,7 +312,7 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
     elif moment == "joining":
         at(runner, "survey")
     elif moment == "reading":
-        at(joining, "read_points")
+        at(sources, "read_points")
     else:
         at(reuse, "content_hash")
         monkeypatch.setattr(reuse, "read_apart", lambda function, *arguments: function(*arguments))

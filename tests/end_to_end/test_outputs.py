@@ -23,7 +23,7 @@ from studies.running.output import is_done
 from studies.running.runner import Policy, compute, join
 from studies.store.files import identify
 from studies.store.shards import PROBE, folder_of
-from studies.store.whole_files import sync, written_whole
+from studies.whole_files import sync, written_whole
 
 STUDY = Study.from_dict(
     {

@@ -12,10 +12,10 @@ import elastica
 import studies
 from elastica import Event
 from studies import Study, StudyError
+from studies.design.block import Gaps
 from studies.running import runner
 from studies.running.merging import merge
 from studies.store.files import identify, opened
-from studies.store.transition_table import Gaps
 
 CONTENT = {
     "study": {"name": "events", "title": "Events", "license": "CC-BY-4.0"},
@@ -175,16 +175,16 @@ def test_a_study_without_an_event_has_no_table(computed):
 
 
 def test_what_fails_is_told_and_costs_one_state_at_one_gap(table_file, tmp_path, monkeypatch):
-    from studies.store import transition_table
+    from studies.running import evaluate
 
-    original = transition_table.transitions
+    original = evaluate.transitions
 
     def failing(name, H, *arguments, **more):
         if name == "U-" and 0.06 in H:
             raise ArithmeticError("poison")
         return original(name, H, *arguments, **more)
 
-    monkeypatch.setattr(transition_table, "transitions", failing)
+    monkeypatch.setattr(evaluate, "transitions", failing)
     out = tmp_path / "a.nc"
     studies.run(study_with(**grid(ends=["pinned-pinned"])), out, workers=0).close()
     monkeypatch.undo()
