@@ -14,6 +14,7 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.ends import parse_ends
 from elastica.finding import search
+from elastica.multisection import narrow
 from elastica.paths.quasistatic import Loading
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
@@ -21,7 +22,8 @@ from studies.plot.boundaries import event_at
 from studies.plot.reading import solves_exactly
 
 MOST_READ, SAMPLES = 400, 48
-SECTIONS, TIMES = 16, 4
+NARROWED = 4
+"""How often the interval of the grid around a cut is divided."""
 MOST_INDEX = 3
 """Index from which on a branch is only followed through the grid, without narrowing down its cuts."""
 SAME = 1e-6
@@ -121,14 +123,9 @@ def _solved(name, ends, H, loads):
     cut = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
     concerns = (keys[:, 0] == 1) & (keys[:, 1] < MOST_INDEX)
     cut = cut[concerns[cut] | concerns[cut + 1]]
-    below, above = loads[cut], loads[cut + 1]
-    for _ in range(TIMES if cut.size else 0):
-        steps = np.linspace(below, above, SECTIONS + 1)
-        found = _keys(at(steps[1:-1].ravel())).reshape(SECTIONS - 1, cut.size, -1)
-        alike = (found == keys[cut]).all(axis=2)
-        passed = 1 + np.where(alike.all(axis=0), SECTIONS - 1, alike.argmin(axis=0))
-        column = np.arange(cut.size)
-        below, above = steps[passed - 1, column], steps[passed, column]
+    below, above = narrow(
+        lambda P, which: (_keys(at(P)) == keys[cut[which]]).all(axis=1), loads[cut], loads[cut + 1], NARROWED
+    )
     firsts, lasts = [loads[0], *above], [*below, loads[-1]]
     pieces = [
         Piece(name, MOST_INDEX, int(Stability.UNSTABLE), (None, None), _values(coarse, run))

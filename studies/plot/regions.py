@@ -11,12 +11,14 @@ import numpy as np
 from contourpy import contour_generator
 from scipy.ndimage import distance_transform_edt
 
+from elastica.multisection import narrow
+
 FINE = (200, 400)
 """Least numbers of points of a picture along H and the control."""
 TRACED = (140, 280)
 """Lines of the grid on which boundaries are traced."""
-SECTIONS, TIMES = 16, 5
-"""Parts into which the way across a boundary is divided, and how often: calls are dear, points are cheap."""
+NARROWED = 5
+"""How often the way across a boundary is divided."""
 
 
 class Plane(NamedTuple):
@@ -107,14 +109,7 @@ def trace(H, given, inside, decide):
     near[swap], far[swap] = far[swap], near[swap]
     edge = np.ravel_multi_index(np.minimum(near, far).T, inside.shape) * 2 + (near[:, 0] == far[:, 0])
     within, beyond = (np.stack([H[at[:, 0]], given[at[:, 1]]]) for at in (near, far))
-    share = np.linspace(0, 1, SECTIONS + 1)[:, None]
-    columns = np.arange(place.shape[0])
-    for _ in range(TIMES):
-        steps = within[:, None] + share * (beyond - within)[:, None]
-        holds = decide(*steps[:, 1:-1].reshape(2, -1)).reshape(SECTIONS - 1, -1)
-        # The first step at which the condition has ceased to hold.
-        over = 1 + np.where(holds.all(axis=0), SECTIONS - 1, holds.argmin(axis=0))
-        within, beyond = steps[:, over - 1, columns], steps[:, over, columns]
+    within, beyond = narrow(lambda places, _: decide(*places), within, beyond, NARROWED)
     return list(zip(*(np.split(values, ends, axis=-1) for values in (within, beyond, edge)), strict=True))
 
 
