@@ -17,6 +17,7 @@ from elastica.equilibria.sweep import Table
 from elastica.inputs import broadcast
 from elastica.rows import Rows, failures
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import solution_of, solve, unfollowed, unusable
 from elastica.state import parse_state, states
 
@@ -235,12 +236,13 @@ def search(names, ends, control, given, H, admissible=False):
         order = np.argsort(given if control == "P" else H, kind="stable")
         for points in np.array_split(order, max(1, -(-given.size // CHUNK))):
             value, gap = given[points], H[points]
+            scene = Scene(ends, gap)
             if control == "P":
                 p = FOUR_PI_SQUARED * value
                 pressed = np.flatnonzero(p > 0)
-                table = Table(p[pressed], gap[pressed])
+                table = Table(p[pressed], scene.at(pressed))
             else:
-                targets = Targets(value, gap, longest)
+                targets = Targets(value, scene, longest)
             for name in names:
                 state = parse_state(name, ends)
                 if state.straight:
@@ -249,11 +251,11 @@ def search(names, ends, control, given, H, admissible=False):
                     continue
                 beyond = np.zeros(value.size, bool)
                 if control != "P":
-                    found, beyond = targets.every(state, ends)
+                    found, beyond = targets.every(state)
                 elif state.mode:
-                    found, _ = find(state, ends, p, gap)
+                    found, _ = find(state, p, scene)
                 else:
-                    found, beyond[pressed] = every(state, ends, p[pressed], gap[pressed], table)
+                    found, beyond[pressed] = every(state, p[pressed], scene.at(pressed), table)
                     found = found._replace(point=pressed[found.point])
                 if beyond.any():
                     own = np.flatnonzero(beyond)

@@ -31,12 +31,12 @@ TOUCHING = 1e-12
 """Relative slack for what is exactly zero where one state meets another: a reaction, a clearance."""
 
 
-def straight(ends, p, H):
+def straight(p, scene):
     """Properties of the straight strip: its index is the number of Euler loads below p."""
     n = p.size
     root = np.sqrt(p)
-    index = euler_modes_below(p, ends)
-    table = euler_root(np.arange(1, index.max(initial=0) + 2), ends)
+    index = euler_modes_below(p, scene.ends)
+    table = euler_root(np.arange(1, index.max(initial=0) + 2), scene.ends)
     nearest = np.minimum(np.abs(root - table[index]), np.abs(root - table[np.maximum(index - 1, 0)]))
     critical = nearest <= 4 * ROUNDING * root
     zero, none = np.zeros(n), np.zeros((n, 0))
@@ -46,7 +46,7 @@ def straight(ends, p, H):
         "stability": verdict(index, critical),
         "index": index.astype(np.int16),
         "nullity": critical.astype(np.int16),
-        "clearance": H,
+        "clearance": scene.H,
         **dict.fromkeys(
             (
                 "curvature",
@@ -67,14 +67,14 @@ def straight(ends, p, H):
     }
 
 
-def bent(state, ends, H, found, fixed_shortening=False):
+def bent(state, scene, found, fixed_shortening=False):
     """Properties of equilibria of any other state.
 
     Parameters
     ----------
-    state, ends : State, Ends
-    H : ndarray, shape (m,)
-        Gap of each equilibrium.
+    state : State
+    scene : Scene
+        Of each equilibrium.
     found : Equilibria
         With m columns.
     fixed_shortening : bool
@@ -86,22 +86,22 @@ def bent(state, ends, H, found, fixed_shortening=False):
         The array attributes of `Solution`.
     """
     if (found.periods == found.periods[:, :1]).all():
-        patterns, member = found.periods[:, :1], np.zeros(H.size, int)
+        patterns, member = found.periods[:, :1], np.zeros(scene.size, int)
     else:
         patterns, member = np.unique(found.periods, axis=1, return_inverse=True)
     values = {}
     for number, periods in enumerate(patterns.T):
         columns = np.flatnonzero(member.ravel() == number)
-        segments = state.segments(ends, periods)
+        segments = state.segments(scene.ends, periods)
         own = found.at(columns)
-        for name, value in _of_pattern(state, ends, segments, H[columns], own, fixed_shortening).items():
+        for name, value in _of_pattern(state, segments, scene.at(columns), own, fixed_shortening).items():
             if name not in values:
-                values[name] = np.empty((H.size, *value.shape[1:]), value.dtype)
+                values[name] = np.empty((scene.size, *value.shape[1:]), value.dtype)
             values[name][columns] = value
     return values
 
 
-def _of_pattern(state, ends, order, H, found, fixed_shortening):
+def _of_pattern(state, order, scene, found, fixed_shortening):
     """Properties of equilibria that share their segments, `order` from end A to end B."""
     p, kappa, lam = found.p, found.kappa, found.lam
     place = {segment: i for i, segment in enumerate(order)}
@@ -122,7 +122,7 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
     position = np.cumsum(lengths, axis=0)[:contacts]
     position = position + flat / max(contacts, 1) * np.arange(contacts)[:, None]
     reaction = lam[:-1] + lam[1:] if contacts else np.zeros((0, p.size))
-    gap = clearance(arcs, segments, H)
+    gap = clearance(arcs, segments, scene)
     slope = np.max([steepest(piece.kind, piece.q) for piece in arcs], axis=0)
     bending, shorter = total(bending_energy), total(shortening)
     energy = bending - p * shorter
@@ -135,7 +135,7 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
     curved = delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST))
     if fixed_shortening:
         distinct = np.stack([lam[place[segment]] for segment in segments])
-        along = bounds_at_shortening(segments, arcs, p, H, distinct, delta_total, state.line)
+        along = bounds_at_shortening(segments, arcs, p, scene, distinct, delta_total, state.line)
         curved, delta_length = np.maximum(curved, along[0]), delta_length + along[1]
         delta_energy = delta_energy + p * shorter * along[2]
     relative = delta_energy / np.maximum(np.abs(energy), ROUNDING * terms)
@@ -145,13 +145,13 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
         index, critical = index_of_lines(segments, flat, delta_total, p)
         if fixed_shortening:
             index = index - ((index > 0) & (response_of_lines(segments, arcs) < 0))
-        at_clamps, between_lines = sliding_segments(segments, ends)
+        at_clamps, between_lines = sliding_segments(segments, scene.ends)
         nullity = at_clamps + between_lines + critical
         stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
         if fixed_shortening:
-            linear = bordered(segments, p, H, kappa / np.sqrt(p), distinct, arcs)
+            linear = bordered(segments, p, scene, kappa / np.sqrt(p), distinct, arcs)
             index = index - (linear.shortening_k * linear.load_k < 0)
             critical = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * (
                 np.abs(linear.shorter_k) + np.abs(linear.shortening_k - linear.shorter_k)
@@ -165,7 +165,9 @@ def _of_pattern(state, ends, order, H, found, fixed_shortening):
 
     pull = kappa * np.sqrt(p) + np.abs(lam).max(axis=0)
     admissible = (
-        (reaction >= -TOUCHING * pull).all(axis=0) & (flat >= -MARGIN * delta_total) & (gap >= -TOUCHING * H)
+        (reaction >= -TOUCHING * pull).all(axis=0)
+        & (flat >= -MARGIN * delta_total)
+        & (gap >= -TOUCHING * scene.H)
     )
     return {
         "P": p / FOUR_PI_SQUARED,

@@ -26,9 +26,18 @@ class Scene(NamedTuple):
     ends: Ends | None
     H: np.ndarray
 
+    @property
+    def size(self):
+        """Number of points."""
+        return self.H.size
+
     def at(self, where):
         """The scene at some of the points."""
         return self._replace(H=self.H[where])
+
+    def towards(self, other, share):
+        """The scene at a share (n,) of the way on which the walls move to those of another."""
+        return self._replace(H=self.H + share * (other.H - self.H))
 
     def height(self, level):
         """Height y of a wall, 1 or −1, or of the axis, 0; shape (n,)."""

@@ -20,6 +20,7 @@ from elastica.inputs import broadcast
 from elastica.properties import bent, straight
 from elastica.rows import described
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.spelling import did_you_mean
 from elastica.state import Segment, State, parse_state
 
@@ -254,7 +255,7 @@ def solve(
     usable[list(reasons)] = False
     at = np.flatnonzero(usable)
     with np.errstate(all="ignore"):
-        lost, at, values = _values(state, ends, control, given, H, at)
+        lost, at, values = _values(state, Scene(ends, H), control, given, at)
     arrays = blank(state, given.size)
     arrays["status"][usable] = Status.NO_EQUILIBRIUM
     arrays["status"][lost] = Status.NOT_FOLLOWED
@@ -286,7 +287,7 @@ def solution_of(state, ends, control, given, H, found):
     found : Equilibria
         With m columns, their root numbers regardless of the state's.
     """
-    arrays = blank(state, H.size) | bent(state, ends, H, found, control == "shortening")
+    arrays = blank(state, H.size) | bent(state, Scene(ends, H), found, control == "shortening")
     if given is not None:
         arrays[control] = given
     return Solution(state, ends, control, H=H, **arrays)
@@ -309,7 +310,7 @@ def unfollowed(state, ends, control, given, H):
     return Solution(state, ends, control, H=H, **arrays)
 
 
-def _values(state, ends, control, given, H, at):
+def _values(state, scene, control, given, at):
     """Properties of a state at the flat indices `at`.
 
     Returns
@@ -322,17 +323,18 @@ def _values(state, ends, control, given, H, at):
     if control == "P":
         p = FOUR_PI_SQUARED * given[at]
         if state.straight:
-            return at[:0], at, straight(ends, p, H[at])
-        found, lost = find(state, ends, p, H[at])
+            return at[:0], at, straight(p, scene.at(at))
+        found, lost = find(state, p, scene.at(at))
     elif state.straight:
         # The straight strip has no shortening, and any load up to the one at which it buckles.
         at = at[given[at] == 0]
-        return at[:0], at, straight(ends, np.full(at.size, float(euler_root(1, ends)) ** 2), H[at])
+        first = float(euler_root(1, scene.ends)) ** 2
+        return at[:0], at, straight(np.full(at.size, first), scene.at(at))
     else:
-        found, beyond = Targets(given[at], H[at], len(state.word)).every(state, ends)
+        found, beyond = Targets(given[at], scene.at(at), len(state.word)).every(state)
         found, lost = of_root(state, found, beyond)
     lost, at = at[lost], at[found.point]
-    return lost, at, bent(state, ends, H[at], found, control == "shortening")
+    return lost, at, bent(state, scene.at(at), found, control == "shortening")
 
 
 MISSING = {

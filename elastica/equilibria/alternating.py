@@ -17,6 +17,7 @@ import numpy as np
 from elastica.equilibria.newton import ROUNDING, Roots, below_right_angles, newton, regular, total_length
 from elastica.equilibria.sweep import line_force, rough_line_length
 from elastica.pendulum.elliptic import complementary_parameter
+from elastica.scene import Scene
 
 TINY_THRUST = 1e-6
 """Thrust below which starting values are taken at this thrust: they only have to be near."""
@@ -66,34 +67,34 @@ def alternating(segments, table):
         Below 90°, or steeper on the branch that grows from small deflections or from a free shape that
         touches the wall.
     """
-    p, H = table.p, table.H
+    p, scene = table.p, table.scene
     roots = Roots.none(segments, p.size)
-    slack, close, line = _slack(segments, p, H)
+    slack, close, line = _slack(segments, p, scene)
     flattened = np.flatnonzero(np.abs(slack[close]) <= 4 * ROUNDING)
     roots.put(close[flattened], line.at(flattened))
 
     longer = np.flatnonzero((slack[close] > 4 * ROUNDING) & (slack[close] < LEAVING))
     at = close[longer]
-    roots.put(at, _from_line(segments, p[at], H[at], line.lam[:, longer]))
+    roots.put(at, _from_line(segments, p[at], scene.at(at), line.lam[:, longer]))
     gentle = NEARLY_STEEP / (_quarter(segments) * np.sqrt(np.maximum(p, TINY_THRUST)))
     sought = (slack > 4 * ROUNDING) & ~roots.found
-    near = np.flatnonzero(sought & (H <= gentle))
-    roots.put(near, _from_small_deflections(segments, p[near], H[near]))
+    near = np.flatnonzero(sought & (scene.H <= gentle))
+    roots.put(near, _from_small_deflections(segments, p[near], scene.at(near)))
     steep = np.flatnonzero(sought & ~roots.found)
-    p, H, gentle = p[steep], H[steep], gentle[steep]
+    p, scene, gentle = p[steep], scene.at(steep), gentle[steep]
     if any(segment.kind.springs for segment in segments):
-        narrow = np.minimum(H, np.maximum(NARROW_GAP, gentle))
+        narrow = scene._replace(H=np.minimum(scene.H, np.maximum(NARROW_GAP, gentle)))
         near = _from_small_deflections(segments, p, narrow)
         failed = np.flatnonzero(~near.found)
-        narrow[failed] = np.minimum(H[failed], NARROW_GAP)
-        near.put(failed, _from_small_deflections(segments, p[failed], narrow[failed]))
-        reached = _move_walls(segments, near, p, (narrow, H), FAR)
+        narrow.H[failed] = np.minimum(scene.H[failed], NARROW_GAP)
+        near.put(failed, _from_small_deflections(segments, p[failed], narrow.at(failed)))
+        reached = _move_walls(segments, near, p, narrow, scene, FAR)
     else:
-        reached = _widening(tuple(segments.items())).roots(segments, p, H)
+        reached = _widening(tuple(segments.items())).roots(segments, p, scene)
         if len(segments) == 1:
             left = np.flatnonzero(~reached.found)
-            free, height = _just_touching(segments, p[left])
-            reached.put(left, _move_walls(segments, free, p[left], (height, H[left]), FAR))
+            free, touching = _just_touching(segments, p[left], scene.at(left))
+            reached.put(left, _move_walls(segments, free, p[left], touching, scene.at(left), FAR))
     roots.put(steep, reached)
     return roots
 
@@ -107,19 +108,18 @@ def is_longer(segments, table):
     -------
     ndarray of bool, shape (n,)
     """
-    slack, _, _ = _slack(segments, table.p, table.H)
-    taut = sum(count * segment.rise for segment, count in segments.items()) * table.H
-    return (slack > 4 * ROUNDING) & (taut < 1)
+    slack, _, _ = _slack(segments, table.p, table.scene)
+    return (slack > 4 * ROUNDING) & (table.scene.reach(segments) < 1)
 
 
-def _slack(segments, p, H):
+def _slack(segments, p, scene):
     """Length of the segments at κ = 0 less that of the strip, infinite beyond their fold.
 
     Also where that is close to zero and so not rough, and the line states there.
     """
-    slack = sum(count * rough_line_length(segment, p, H) for segment, count in segments.items()) - 1
+    slack = sum(count * rough_line_length(segment, p, scene) for segment, count in segments.items()) - 1
     close = np.flatnonzero(~(np.abs(slack) > LEAVING))
-    lam = np.stack([line_force(segment, p[close], H[close]) for segment in segments])
+    lam = np.stack([line_force(segment, p[close], scene.at(close)) for segment in segments])
     line = Roots(np.isfinite(lam).all(axis=0), np.zeros(close.size), lam)
     slack[close] = np.where(line.found, total_length(segments, p[close], line) - 1, np.inf)
     return slack, close, line
@@ -130,21 +130,21 @@ def _quarter(segments):
     return max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
 
 
-def _from_line(segments, p, H, lam):
+def _from_line(segments, p, scene, lam):
     """Newton from the line state that the points are about to leave: κ grows from 0 as they get longer."""
-    roots = newton(segments, p, H, np.zeros_like(p), lam)
+    roots = newton(segments, p, scene, np.zeros_like(p), lam)
     roots.found[:] &= regular(segments, p, roots, -1)
     return roots
 
 
-def _from_small_deflections(segments, p, H):
+def _from_small_deflections(segments, p, scene):
     """Newton from the small-deflection form; what is steeper than 90° may lie on any branch: not found."""
-    roots = newton(segments, p, H, *_small_deflection(segments, p, H))
+    roots = newton(segments, p, scene, *_small_deflection(segments, p, scene))
     roots.found[:] &= below_right_angles(segments, p, roots)
     return roots
 
 
-def _small_deflection(segments, p, H):
+def _small_deflection(segments, p, scene):
     """κ and λ of the linear strip θ'' + pθ = λ when all segments share one phase φ₀.
 
     With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀). A spring end is taken
@@ -165,15 +165,15 @@ def _small_deflection(segments, p, H):
     phi = np.minimum(phi, np.pi / 2 - 1e-3)
     tan = np.tan(phi)
     kappas = [
-        p * segment.rise * H / (second + (first * np.pi / 2 + second * phi) * tan)
+        p * scene.rise(segment) / (second + (first * np.pi / 2 + second * phi) * tan)
         for segment, (first, second) in zip(segments, phases, strict=True)
     ]
     kappa = np.mean(kappas, axis=0)
     return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
 
 
-def _just_touching(segments, p):
-    """The free shape with its top at a wall, where λ = 0, and that wall's distance, for like ends.
+def _just_touching(segments, p, scene):
+    """The free shape with its top at a wall, where λ = 0, and the scene with that wall, for like ends.
 
     Only before its ends pass each other, 2E = K: the loops beyond are no neighbours of any other shape.
     """
@@ -182,18 +182,18 @@ def _just_touching(segments, p):
     buckled = (np.pi / 2 < K) & (K < ENDS_MEET_K)
     m1 = complementary_parameter(np.where(buckled, K, 2.0))
     kappa = 2 * np.sqrt(p * (1 - m1))
-    return Roots(buckled, kappa, np.zeros((1, p.size))), kind.second * kappa / p
+    return Roots(buckled, kappa, np.zeros((1, p.size))), scene._replace(H=kind.second * kappa / p)
 
 
-def _move_walls(segments, roots, p, H, first_step):
-    """Roots at the gap H[1] on the branches of `roots` at H[0], where they get there."""
-    *_, (roots, share) = _on_the_way(segments, roots, p, H, first_step)
+def _move_walls(segments, roots, p, here, there, first_step):
+    """Roots in the scene `there` on the branches of `roots`, which are `here`, where they get there."""
+    *_, (roots, share) = _on_the_way(segments, roots, p, here, there, first_step)
     roots.found[:] &= share == 1
     return roots
 
 
-def _on_the_way(segments, roots, p, H, first_step):
-    """Follow roots as the gap changes from H[0] to H[1], as long as the branch stays regular.
+def _on_the_way(segments, roots, p, begin, end, first_step):
+    """Follow roots as the walls move from where they begin to their end, as long as the branch stays regular.
 
     Each point takes its own steps, halved where Newton fails or goes far, so that it does not jump over
     a fold to another branch, and lengthened where it does not, up to twice the first. Beyond 90° a strip
@@ -208,9 +208,8 @@ def _on_the_way(segments, roots, p, H, first_step):
     """
     roots = Roots(roots.found.copy(), roots.kappa.copy(), roots.lam.copy())
     share, step = np.zeros(p.size), np.full(p.size, first_step)
-    way = H[1] - H[0]
     # At small deflections a state grows in proportion to the gap.
-    slope = np.stack([roots.kappa, *roots.lam]) * (way / H[0])
+    slope = np.stack([roots.kappa, *roots.lam]) * ((end.H - begin.H) / begin.H)
     live = np.flatnonzero(roots.found)
     yield roots, share
     for _ in range(MOST_BRANCH_STEPS):
@@ -219,8 +218,8 @@ def _on_the_way(segments, roots, p, H, first_step):
         here = roots.at(live)
         stride = np.minimum(step[live], 1 - share[live])
         start = np.stack([here.kappa, *here.lam]) + slope[:, live] * stride
-        H_ = H[0][live] + (share[live] + stride) * way[live]
-        there = newton(segments, p[live], H_, start[0], start[1:], most_steps=BRANCH_NEWTON_STEPS)
+        scene = begin.at(live).towards(end.at(live), share[live] + stride)
+        there = newton(segments, p[live], scene, start[0], start[1:], most_steps=BRANCH_NEWTON_STEPS)
         bent = there.lam.max(axis=0) > -TAUT * p[live]
         good = _next_to(segments, p[live], there, start[0])
         good &= bent | below_right_angles(segments, p[live], there)
@@ -259,8 +258,8 @@ class _Widening(NamedTuple):
     widest: np.ndarray
     table: np.ndarray
 
-    def roots(self, segments, p, H):
-        """The states of n points (p, H), as far as there are any on these branches."""
+    def roots(self, segments, p, scene):
+        """The states of n points, as far as there are any on these branches."""
         found = Roots.none(segments, p.size)
         cell = np.clip(np.searchsorted(self.strip, np.sqrt(p)) - 1, 0, self.strip.size - 2)
         weight = (np.sqrt(p) - self.strip[cell]) / (self.strip[cell + 1] - self.strip[cell])
@@ -269,21 +268,23 @@ class _Widening(NamedTuple):
         falls, jumps = right < left, right < (1 - JUMP) * left
         certain = (1 - EDGE) * np.where(falls, right, between) / np.sqrt(p)
         beyond = (1 + np.where(jumps, JUMP, EDGE)) * np.where(falls, left, between) / np.sqrt(p)
-        live = np.flatnonzero((weight >= 0) & (weight <= 1) & (H <= beyond))
-        p, H, certain = p[live], H[live], certain[live]
+        live = np.flatnonzero((weight >= 0) & (weight <= 1) & (scene.H <= beyond))
+        p, scene, certain = p[live], scene.at(live), certain[live]
         place = cell[live], weight[live], between[live] / np.sqrt(p)
-        near = np.minimum(H, certain)
+        near = scene._replace(H=np.minimum(scene.H, certain))
         there = self._near(segments, p, near, *place)
-        there.found[near < H] = False
+        there.found[near.H < scene.H] = False
         left = np.flatnonzero(~there.found)
-        p, H, near = p[left], H[left], np.minimum(H, BACK * certain)[left]
+        p, scene, certain = p[left], scene.at(left), certain[left]
+        near = scene._replace(H=np.minimum(scene.H, BACK * certain))
         start = self._near(segments, p, near, *(values[left] for values in place))
-        there.put(left, _move_walls(segments, start, p, (near, H), NEAR))
+        there.put(left, _move_walls(segments, start, p, near, scene, NEAR))
         found.put(live, there)
         return found
 
-    def _near(self, segments, p, H, cell, weight, widest):
+    def _near(self, segments, p, scene, cell, weight, widest):
         """Newton from the table."""
+        H = scene.H
         place = (1 - np.sqrt(1 - np.minimum(H / widest, 1))) * (GAPS - 1) / LAST_SHARE
         row = np.clip(place.astype(int), 0, GAPS - 2)
         start = 0.0
@@ -291,7 +292,7 @@ class _Widening(NamedTuple):
             for down, v in ((0, 1 - (place - row)), (1, place - row)):
                 start = start + v * w * self.table[:, row + down, cell + across]
         kappa = start[0] * p * H
-        there = newton(segments, p, H, kappa, start[1:] * p**1.5 * H, most_steps=8)
+        there = newton(segments, p, scene, kappa, start[1:] * p**1.5 * H, most_steps=8)
         there.found[:] = _next_to(segments, p, there, kappa)
         return there
 
@@ -308,15 +309,15 @@ def _widening(items):
     strip = (first - second * np.cos(angle)) * np.pi / 2
     p = strip * strip
     quarter = _quarter(segments)
-    narrow = 0.1 * NEARLY_STEEP / (quarter * strip)
+    narrow = Scene(None, 0.1 * NEARLY_STEEP / (quarter * strip))
     near = _from_small_deflections(segments, p, narrow)
     known = np.flatnonzero(near.found)
-    p, strip, narrow, near = p[known], strip[known], narrow[known], near.at(known)
-    widest = np.minimum(WIDEST_GAP, WIDEST / (quarter * strip))
+    p, strip, narrow, near = p[known], strip[known], narrow.at(known), near.at(known)
+    wide = Scene(None, np.minimum(WIDEST_GAP, WIDEST / (quarter * strip)))
     trail = []
-    way = _on_the_way(segments, near, p, (narrow, widest), first_step=0.5 / GAPS)
+    way = _on_the_way(segments, near, p, narrow, wide, first_step=0.5 / GAPS)
     for roots, share in islice(way, TABLE_STEPS):
-        H = narrow + share * (widest - narrow)
+        H = narrow.towards(wide, share).H
         trail.append((H, roots.kappa / (p * H), *(roots.lam / (p**1.5 * H))))
     widest = H * strip
     s = np.linspace(0, LAST_SHARE, GAPS)

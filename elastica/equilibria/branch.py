@@ -18,6 +18,7 @@ from elastica.equilibria.line import line_range
 from elastica.equilibria.newton import Bracket, Roots, sign_known
 from elastica.equilibria.sweep import Table, every_root, line_force
 from elastica.pendulum.segments import arc, geometry, pendulum, shortening, steepest
+from elastica.scene import Scene
 from elastica.state import Segment
 
 FIRST_LOAD, LOAD_STEP = 0.4, 0.3
@@ -67,7 +68,7 @@ class Bordered(NamedTuple):
         return self.shorter_k + self.shorter_load * self.load_k
 
 
-def bordered(segments, p, H, k, lam, arcs=None):
+def bordered(segments, p, scene, k, lam, arcs=None):
     """Linearise at k (n,), p (n,) and λ (distinct segments, n); the arcs there may be known better."""
     root_p = np.sqrt(p)
     totals = np.zeros((6, p.size))
@@ -76,7 +77,7 @@ def bordered(segments, p, H, k, lam, arcs=None):
     for j, (segment, count) in enumerate(segments.items()):
         piece = arcs[j] if arcs else arc(segment.kind, pendulum(p, k * root_p, lam[j]))
         g = geometry(piece, load=True)
-        across[j] = (segment.rise * H - g.rise) / g.rise_lam
+        across[j] = (scene.rise(segment) - g.rise) / g.rise_lam
         along_k[j] = -g.rise_kappa * root_p / g.rise_lam
         along_load[j] = -g.rise_load / g.rise_lam
         totals += count * np.stack(
@@ -110,13 +111,15 @@ class Points(NamedTuple):
         return Roots(self.found, self.k * np.sqrt(self.p), self.lam)
 
 
-def settle(segments, H, k, p, lam, target=None, bracket=None):
+def settle(segments, scene, k, p, lam, target=None, bracket=None):
     """Newton for the load at fixed k; with a `target` shortening for k too, kept in its bracket.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
-    H, k, p : ndarray, shape (n,)
+    scene : Scene
+        Of n points.
+    k, p : ndarray, shape (n,)
     lam : ndarray, shape (distinct segments, n)
     target : ndarray, shape (n,), optional
         Shortening.
@@ -134,7 +137,7 @@ def settle(segments, H, k, p, lam, target=None, bracket=None):
     for _ in range(MOST_STEPS):
         if not live.size:
             break
-        b = bordered(segments, p[live], H[live], k[live], lam[:, live])
+        b = bordered(segments, p[live], scene.at(live), k[live], lam[:, live])
         step_k, trusted = np.zeros(live.size), True
         if target is not None:
             missing = b.shorter - target[live] - b.shorter_load / b.excess_load * b.excess
@@ -186,12 +189,12 @@ class Branch(NamedTuple):
     fold: np.ndarray
 
     @classmethod
-    def of(cls, segments, H, gap, points):
+    def of(cls, segments, scene, gap, points):
         """Evaluate points, leave out what was not found, and sort."""
         keep = np.flatnonzero(points.found)
         keep = keep[np.lexsort((points.k[keep], gap[keep]))]
         gap, points = gap[keep], points.at(keep)
-        b = bordered(segments, points.p, H[gap], points.k, points.lam)
+        b = bordered(segments, points.p, scene.at(gap), points.k, points.lam)
         return cls(gap, points.k, points.p, points.lam, b.shorter, b.shortening_k, b.load_k)
 
     def at(self, where):
@@ -209,23 +212,23 @@ class Loads:
 
     Parameters
     ----------
-    H : ndarray, shape (n,)
-        Gaps.
+    scene : Scene
+        Of the n gaps.
     largest : float
         √p up to which branches are looked for.
     """
 
-    def __init__(self, H, largest):
+    def __init__(self, scene, largest):
         root_p = np.arange(FIRST_LOAD, largest + LOAD_STEP, LOAD_STEP)
         self.first, self.last = root_p[0] ** 2, root_p[-1] ** 2
-        p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(H.size), indexing="ij"))
-        self.H = H
-        self.table = Table(p, H[self.gap])
+        p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(scene.size), indexing="ij"))
+        self.scene = scene
+        self.table = Table(p, scene.at(self.gap))
         self._folds = {}
 
     def line_range(self, segments):
         """The range of line states of some segments at each gap."""
-        return line_range(segments, self.H, self.first, self.last, self._folds)
+        return line_range(segments, self.scene, self.first, self.last, self._folds)
 
     def trace(self, segments, known=None):
         """The branch of a set of segments at every gap.
@@ -243,7 +246,7 @@ class Loads:
         place, roots = known or every_root(segments, self.table)[:2]
         p, gap = self.table.p[place], self.gap[place]
         found = Points(np.ones(place.size, bool), roots.kappa / np.sqrt(p), p, roots.lam)
-        branch = _joined(Branch.of(segments, self.H, gap, found), self._lines(segments))
+        branch = _joined(Branch.of(segments, self.scene, gap, found), self._lines(segments))
         if not branch.k.size:
             return branch
         branch = _joined(branch, self._ends(segments, branch))
@@ -256,23 +259,23 @@ class Loads:
         """Where branches leave κ = 0: at the load from which on the strip is longer than its line shapes."""
         p = self.line_range(segments).first
         gap = np.flatnonzero(np.isfinite(p))
-        p, H = p[gap], self.H[gap]
-        lam = np.stack([line_force(segment, p, H) for segment in segments])
+        p, scene = p[gap], self.scene.at(gap)
+        lam = np.stack([line_force(segment, p, scene) for segment in segments])
         points = Points(np.isfinite(lam).all(axis=0), np.zeros(gap.size), p, lam)
         points.found[:] &= below_right_angle(segments, points)
-        return Branch.of(segments, self.H, gap, points)
+        return Branch.of(segments, self.scene, gap, points)
 
     def _between(self, segments, branch):
         """Points in between where the window of loads is so narrow that few were looked at."""
         pairs = branch.pairs
-        few = np.bincount(branch.gap, minlength=self.H.size) < FEW
+        few = np.bincount(branch.gap, minlength=self.scene.size) < FEW
         pairs = pairs[few[branch.gap[pairs]]]
         near = np.repeat(pairs, FEW)
         share = np.tile(np.arange(1, FEW + 1) / (FEW + 1), pairs.size)
         k = branch.k[near] + share * (branch.k[near + 1] - branch.k[near])
-        points = settle(segments, self.H[branch.gap[near]], k, branch.p[near], branch.lam[:, near])
+        points = settle(segments, self.scene.at(branch.gap[near]), k, branch.p[near], branch.lam[:, near])
         points.found[:] &= below_right_angle(segments, points)
-        return Branch.of(segments, self.H, branch.gap[near], points)
+        return Branch.of(segments, self.scene, branch.gap[near], points)
 
     def _to_folds(self, segments, branch):
         """Ends at 90° or beyond it continued to where the load turns round, or to a taut string."""
@@ -286,16 +289,16 @@ class Loads:
             for _ in range(MOST_FOLD_STEPS):
                 if not live.size:
                     break
-                H, ahead = self.H[edge.gap[live]], k[live] + side * step[live]
-                there = settle(segments, H, np.maximum(ahead, 0), p[live], lam[:, live])
-                slope = bordered(segments, there.p, H, there.k, there.lam).load_k
+                scene, ahead = self.scene.at(edge.gap[live]), k[live] + side * step[live]
+                there = settle(segments, scene, np.maximum(ahead, 0), p[live], lam[:, live])
+                slope = bordered(segments, there.p, scene, there.k, there.lam).load_k
                 bent = there.lam.max(axis=0) > -TAUT * there.p
                 good = there.found & (ahead > 0) & bent & (np.abs(np.log(there.p / p[live])) < NEXT_LOAD)
                 step[live[~good]] /= 4
                 won = live[good]
                 k[won], p[won], lam[:, won] = there.k[good], there.p[good], there.lam[:, good]
                 turned[won] = slope[good] * edge.fold[won] < 0
-                trail.append(Branch.of(segments, self.H, edge.gap[won], there.at(np.flatnonzero(good))))
+                trail.append(Branch.of(segments, self.scene, edge.gap[won], there.at(np.flatnonzero(good))))
                 live = live[~turned[live] & (step[live] > FOLD_STEP / 300)]
             branch = _joined(*trail)
             branch = _joined(branch, self._turns(segments, branch))
@@ -307,21 +310,21 @@ class Loads:
     def _ends(self, segments, branch):
         """Go on to κ = 0 and to κ = √(2p), or to 90° if that comes first."""
         first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
-        last = np.flatnonzero(np.diff(branch.gap, append=self.H.size))
+        last = np.flatnonzero(np.diff(branch.gap, append=self.scene.size))
         edge = branch.at(np.concatenate([first, last]))
         near, far = edge.k.copy(), np.repeat([0.0, np.sqrt(2)], [first.size, last.size])
         p, lam, reached = edge.p.copy(), edge.lam.copy(), np.zeros(near.size, bool)
         live = np.arange(near.size)
         ahead = far.copy()
         for _ in range(END_STEPS):
-            there = settle(segments, self.H[edge.gap[live]], ahead[live], p[live], lam[:, live])
+            there = settle(segments, self.scene.at(edge.gap[live]), ahead[live], p[live], lam[:, live])
             good = there.found & below_right_angle(segments, there)
             won, lost = live[good], live[~good]
             p[won], lam[:, won], reached[won] = there.p[good], there.lam[:, good], True
             near[won], far[lost] = ahead[won], ahead[lost]
             live = live[near[live] != far[live]]
             ahead = 0.5 * (near + far)
-        return Branch.of(segments, self.H, edge.gap, Points(reached, near, p, lam))
+        return Branch.of(segments, self.scene, edge.gap, Points(reached, near, p, lam))
 
     def _turns(self, segments, branch):
         """Extremes of the shortening and of the load between neighbours."""
@@ -338,13 +341,13 @@ class Loads:
         root = find_root(slope, (branch.k[first], branch.k[first + 1]), args=(first, which))
         good = root.success
         points, _ = self._linear(segments, branch, first[good], root.x[good])
-        return Branch.of(segments, self.H, branch.gap[first[good]], points)
+        return Branch.of(segments, self.scene, branch.gap[first[good]], points)
 
     def _linear(self, segments, branch, near, k):
         """Settle at k, starting near known points; slopes of the shortening and of the load there."""
         start = branch.at(near)
-        points = settle(segments, self.H[start.gap], k, start.p, start.lam)
-        linear = bordered(segments, points.p, self.H[start.gap], k, points.lam)
+        points = settle(segments, self.scene.at(start.gap), k, start.p, start.lam)
+        linear = bordered(segments, points.p, self.scene.at(start.gap), k, points.lam)
         return points, (linear.shortening_k, linear.load_k)
 
 
@@ -357,15 +360,15 @@ def _joined(*parts):
     return joined.at(order[~again])
 
 
-def at_shortening(segments, branch, H, target, gap):
+def at_shortening(segments, branch, scene, target, gap):
     """Points of branches with given shortenings.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
     branch : Branch
-    H : ndarray
-        Gaps that `branch.gap` counts.
+    scene : Scene
+        Of the gaps that `branch.gap` counts.
     target, gap : ndarray, shape (n,)
         Shortening, and position of its gap.
 
@@ -391,7 +394,7 @@ def at_shortening(segments, branch, H, target, gap):
     share = np.clip(missing / (left.shorter - right.shorter), 0, 1)
     start = (a + (b - a) * share for a, b in zip(left[1:4], right[1:4], strict=True))
     bracket = Bracket(left.k.copy(), right.k.copy(), np.sign(missing))
-    points = settle(segments, H[left.gap], *start, target[which], bracket)
+    points = settle(segments, scene.at(left.gap), *start, target[which], bracket)
     return which[points.found], points.at(points.found)
 
 
@@ -421,12 +424,12 @@ def free_branch(kind, onset):
         Node of the fold, where p is largest, or the last one.
     """
     segments = {Segment(kind, 0, 0): 1}
-    nothing = np.zeros(1)
+    no_walls = Scene(None, np.zeros(1))
 
     def at(k, p, ratio):
         """Load, ratio and shortening at k from a start, and the slope of the load."""
-        point = settle(segments, nothing, np.array([k]), np.array([p]), np.array([[ratio * k * p]]))
-        linear = bordered(segments, point.p, nothing, point.k, point.lam)
+        point = settle(segments, no_walls, np.array([k]), np.array([p]), np.array([[ratio * k * p]]))
+        linear = bordered(segments, point.p, no_walls, point.k, point.lam)
         here = point.p[0], point.lam[0, 0] / (k * point.p[0]), linear.shorter[0]
         return tuple(map(float, here)), float(linear.load_k[0]) if point.found[0] else np.nan
 

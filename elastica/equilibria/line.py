@@ -36,13 +36,14 @@ class LineRange(NamedTuple):
     folds: np.ndarray
 
 
-def line_range(segments, H, smallest, largest, folds):
+def line_range(segments, scene, smallest, largest, folds):
     """The range of line states of some segments.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
-    H : ndarray, shape (n,)
+    scene : Scene
+        Of n points.
     smallest, largest : float
         Thrusts: one at which all segments exist and are longer than the strip, and the last of interest.
     folds : dict of Segment to ndarray
@@ -53,36 +54,41 @@ def line_range(segments, H, smallest, largest, folds):
     LineRange
     """
     for segment in segments.keys() - folds.keys():
-        folds[segment] = _fold(segment, H, smallest, largest)
+        folds[segment] = _fold(segment, scene, smallest, largest)
     last = np.min([folds[segment] for segment in segments], axis=0)
     ends, last = last < largest, np.minimum(last, largest)
-    first = np.full(H.size, np.nan)
-    enough = np.flatnonzero(line_shapes(segments, last, H)[1] >= 0)
+    first = np.full(last.size, np.nan)
+    enough = np.flatnonzero(line_shapes(segments, last, scene)[1] >= 0)
     low = np.full(enough.size, smallest)
-    root = find_root(lambda p, H: line_shapes(segments, p, H)[1], (low, last[enough]), args=(H[enough],))
+
+    def room(p, at):
+        return line_shapes(segments, p, scene.at(at))[1]
+
+    root = find_root(room, (low, last[enough]), args=(enough,))
     first[enough] = np.where(root.success, root.x, last[enough])
     return LineRange(first, last, ends)
 
 
-def _fold(segment, H, smallest, largest):
+def _fold(segment, scene, smallest, largest):
     """Thrust at which the line shapes of one segment fold, shape (n,); infinite if above `largest`."""
+    n = scene.size
     if not segment.rise:
-        return np.full(H.size, np.inf)
+        return np.full(n, np.inf)
     if not segment.kind.springs:
         quarters = segment.kind.first + segment.kind.second
-        p = (LINE_FOLD * quarters * np.pi / 2 / (segment.rise * H)) ** 2 * (1 - INSIDE)
+        p = (LINE_FOLD * quarters * np.pi / 2 / scene.rise(segment)) ** 2 * (1 - INSIDE)
         return np.where(p < largest, p, np.inf)
-    last = np.full(H.size, np.inf)
-    at = np.flatnonzero(~np.isfinite(line_force(segment, np.full(H.size, largest), H)))
-    H = H[at]
+    last = np.full(n, np.inf)
+    at = np.flatnonzero(~np.isfinite(line_force(segment, np.full(n, largest), scene)))
+    scene = scene.at(at)
     inside, outside = np.full(at.size, smallest), np.full(at.size, largest)
-    before, slope_before = 0.5 * inside, _slope(segment, 0.5 * inside, H)
-    slope = _slope(segment, inside, H)
+    before, slope_before = 0.5 * inside, _slope(segment, 0.5 * inside, scene)
+    slope = _slope(segment, inside, scene)
     for _ in range(EDGE_STEPS):
         # The square of the slope falls to zero there nearly in proportion to the distance.
         ahead = inside + NEARLY_THERE * slope * (inside - before) / (slope_before - slope)
         ahead = np.where((ahead > inside) & (ahead < outside), ahead, 0.5 * (inside + outside))
-        there = _slope(segment, ahead, H)
+        there = _slope(segment, ahead, scene)
         good = np.isfinite(there)
         before, slope_before = np.where(good, inside, before), np.where(good, slope, slope_before)
         inside, outside = np.where(good, ahead, inside), np.where(good, outside, ahead)
@@ -91,30 +97,30 @@ def _fold(segment, H, smallest, largest):
     return last
 
 
-def _slope(segment, p, H):
+def _slope(segment, p, scene):
     """Square of the slope d(rise)/dλ of line shapes, in units of the load; NaN beyond their fold."""
-    piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, H)))
+    piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, scene)))
     return (geometry(piece).rise_lam * p**1.5) ** 2
 
 
-def line_shapes(segments, p, H):
+def line_shapes(segments, p, scene):
     """Total shortening of the segments at κ = 0, and the length that they leave of the strip.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
-    p, H : ndarray, same shape
+    p : ndarray, shape (n,)
+    scene : Scene
+        Of the n points.
 
     Returns
     -------
-    shorter, room : ndarray, of that shape
+    shorter, room : ndarray, shape (n,)
         NaN where the segments do not exist.
     """
-    shape = np.shape(p)
-    p, H = np.ravel(p), np.ravel(H)
     shorter, room = 0.0, 1.0
     for segment, count in segments.items():
-        piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, H)))
+        piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, scene)))
         shorter = shorter + count * shortening(piece)
         room = room - count * length(piece)
-    return shorter.reshape(shape), room.reshape(shape)
+    return shorter, room

@@ -47,14 +47,16 @@ class Roots(NamedTuple):
         self.lam[:, where] = other.lam
 
 
-def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
+def newton(segments, p, scene, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
     """Solve the arrow system from a start; each point stops on its own test.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
         Distinct segments with their number n_j.
-    p, H : ndarray, shape (n,)
+    p : ndarray, shape (n,)
+    scene : Scene
+        Of the n points.
     kappa : ndarray, shape (n,)
     lam : ndarray, shape (distinct segments, n)
     bracket : Bracket, optional
@@ -76,7 +78,7 @@ def newton(segments, p, H, kappa, lam, bracket=None, fixed_kappa=False, most_ste
         if not live.size:
             break
         p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
-        arrow = arrow_system(segments, p_, H[live], kappa_, lam_)
+        arrow = arrow_system(segments, p_, scene.at(live), kappa_, lam_)
         step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
         replaced = np.zeros(live.size, bool)
         if not fixed_kappa:
@@ -113,14 +115,14 @@ class Arrow(NamedTuple):
     along: np.ndarray
 
 
-def arrow_system(segments, p, H, kappa, lam):
+def arrow_system(segments, p, scene, kappa, lam):
     """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
     along, across = np.empty_like(lam), np.empty_like(lam)
     excess, pivot = -1.0, 0.0
     for j, (segment, count) in enumerate(segments.items()):
         g = geometry(arc(segment.kind, pendulum(p, kappa, lam[j])))
         along[j] = -g.rise_kappa / g.rise_lam
-        across[j] = (segment.rise * H - g.rise) / g.rise_lam
+        across[j] = (scene.rise(segment) - g.rise) / g.rise_lam
         excess = excess + count * (g.length + g.length_lam * across[j])
         pivot = pivot + count * (g.length_kappa + g.length_lam * along[j])
     return Arrow(excess, pivot, across, along)

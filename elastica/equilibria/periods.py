@@ -73,10 +73,10 @@ def most_periods(state, ends, p):
     return total
 
 
-def unsearched(state, ends, p, H):
+def unsearched(state, p, scene):
     """Where a strip that reaches its walls has room for more periods than are searched, shape (n,)."""
-    rises = sum(segment.rise for segment in state.segments(ends))
-    return (np.sqrt(p) >= SHORTEST_PERIOD * (most_periods(state, ends, np.inf) + 1)) & (rises * H < 1)
+    reach = scene.reach(Counter(state.segments(scene.ends)))
+    return (np.sqrt(p) >= SHORTEST_PERIOD * (most_periods(state, scene.ends, np.inf) + 1)) & (reach < 1)
 
 
 def _compositions(total, places):

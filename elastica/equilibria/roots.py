@@ -57,16 +57,17 @@ class Equilibria(NamedTuple):
         return Equilibria(*(field[..., where] for field in self))
 
 
-def find(state, ends, p, H):
+def find(state, p, scene):
     """One root of a state at n points.
 
     Parameters
     ----------
     state : State
         Not the straight strip.
-    ends : Ends
-    p, H : ndarray, shape (n,)
-        Thrust p = 4π²P ≥ 0 and half gap H > 0; finite.
+    p : ndarray, shape (n,)
+        Thrust p = 4π²P ≥ 0; finite.
+    scene : Scene
+        Of the n points.
 
     Returns
     -------
@@ -78,18 +79,19 @@ def find(state, ends, p, H):
         Where it was not found, but may lie beyond the end of the search (see `every`).
     """
     unfollowed = np.zeros(p.size, bool)
-    if state.mode or (state.root == 1 and not state.line and alternates(state, ends)):
-        plain = first(state, ends, Table(p, H))
+    if state.mode or (state.root == 1 and not state.line and alternates(state, scene.ends)):
+        plain = first(state, Table(p, scene))
         there = np.full(p.size, bool(state.mode))
         there[plain.point] = True
         if there.all():
             return plain, unfollowed
         missing = np.flatnonzero(~there)
-        others, beyond = _others(state, ends, p[missing], H[missing])
-        beyond |= _taut(state, ends, Table(p[missing], H[missing]))
+        p, scene = p[missing], scene.at(missing)
+        others, beyond = _others(state, p, scene)
+        beyond |= _taut(state, Table(p, scene))
         others, unfollowed[missing] = of_root(state, numbered([others]), beyond)
         return _sorted([plain, others._replace(point=missing[others.point])]), unfollowed
-    return of_root(state, *every(state, ends, p, H))
+    return of_root(state, *every(state, p, scene))
 
 
 def of_root(state, found, beyond):
@@ -111,7 +113,7 @@ def of_root(state, found, beyond):
     return found.at(found.number == state.root), (there < state.root) & beyond
 
 
-def every(state, ends, p, H, table=None):
+def every(state, p, scene, table=None):
     """Every root of a word below 90°, by increasing κ; the first of an alternating word even if steeper.
 
     Of patterns of further periods with the same κ, and in the line regime, those with fewer periods
@@ -121,8 +123,9 @@ def every(state, ends, p, H, table=None):
     ----------
     state : State
         A contact word; its own root number is not looked at.
-    ends : Ends
-    p, H : ndarray, shape (n,)
+    p : ndarray, shape (n,)
+    scene : Scene
+        Of the n points.
     table : Table, optional
         Of the same points, shared between words.
 
@@ -133,15 +136,15 @@ def every(state, ends, p, H, table=None):
         Where there may be more beyond the end of the search: at 90°, at a taut string or at the most further
         periods. What would have to pull or to pass a wall there does not count.
     """
-    points = table or Table(p, H)
+    points = table or Table(p, scene)
     if state.line:
-        return _lines(state, ends, points), unsearched(state, ends, p, H)
-    others, beyond = _others(state, ends, p, H, table)
-    if not alternates(state, ends):
+        return _lines(state, points), unsearched(state, p, scene)
+    others, beyond = _others(state, p, scene, table)
+    if not alternates(state, scene.ends):
         return numbered([others]), beyond
-    plain = first(state, ends, points)
+    plain = first(state, points)
     lost = np.setdiff1d(np.arange(p.size), plain.point, assume_unique=True)
-    beyond[lost] |= _taut(state, ends, Table(p[lost], H[lost]))
+    beyond[lost] |= _taut(state, Table(p[lost], scene.at(lost)))
     return numbered([plain, others]), beyond
 
 
@@ -150,14 +153,13 @@ def alternates(state, ends):
     return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
 
-def first(state, ends, table):
+def first(state, table):
     """The root of a state that has one at most, without further periods.
 
     Parameters
     ----------
     state : State
         A free shape, or a contact word that `alternates`.
-    ends : Ends
     table : Table
         Of the points.
 
@@ -165,60 +167,61 @@ def first(state, ends, table):
     -------
     Equilibria
     """
+    ends = table.scene.ends
     plain = state.segments(ends)
     (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
-    roots = _free(state, ends, table.p) if state.mode else alternating(group.segments, table)
+    roots = _free(state, table.p, table.scene) if state.mode else alternating(group.segments, table)
     found = np.flatnonzero(roots.found)
     return spread(plain, group, found, roots.at(found), table.p[found], number=1)
 
 
-def _taut(state, ends, table):
+def _taut(state, table):
     """Whether a word that alternates has its root all the same where it was not found: a taut string."""
-    (group,) = groups(state, ends, 0)
+    (group,) = groups(state, table.scene.ends, 0)
     return is_longer(group.segments, table)
 
 
-def _others(state, ends, p, H, table=None):
+def _others(state, p, scene, table=None):
     """Roots that a sweep finds: those with further periods, and of words that do not alternate all.
 
     Also where there may be more beyond, as `every` tells.
     """
-    found, beyond = [], unsearched(state, ends, p, H)
+    ends = scene.ends
+    found, beyond = [], unsearched(state, p, scene)
     least = int(alternates(state, ends))
     pressed = np.flatnonzero(p > 0)
     if table is None:
         # By load, so that few of them share a chunk with loads that have room for more periods.
         pressed = pressed[np.argsort(p[pressed], kind="stable")]
     for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
-        shared = table or Table(p[points], H[points])
+        shared = table or Table(p[points], scene.at(points))
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
                 sweep = every_root(group.segments, shared)
                 place = points[sweep.points]
                 found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
                 place = points[sweep.cut_points]
-                beyond[place[_possible(state, ends, group, sweep.cut, p[place], H[place])]] = True
+                beyond[place[_possible(state, group, sweep.cut, p[place], scene.at(place))]] = True
     return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
 
 
-def _possible(state, ends, group, cut, p, H):
+def _possible(state, group, cut, p, scene):
     """Indices of those ends of a sweep at which, in some pattern, all contacts push.
 
     What pulls or passes a wall there does so beyond, and no strip is longer than itself.
     """
-    rises = sum(count * segment.rise for segment, count in group.segments.items())
-    some = np.flatnonzero((rises * H < 1) & ~(cut.lam.max(axis=0) < 0))
-    patterns = spread(state.segments(ends), group, some, cut.at(some), p[some])
+    some = np.flatnonzero((scene.reach(group.segments) < 1) & ~(cut.lam.max(axis=0) < 0))
+    patterns = spread(state.segments(scene.ends), group, some, cut.at(some), p[some])
     some = np.unique(patterns.point[~(patterns.lam[:-1] + patterns.lam[1:] < 0).any(axis=0)])
     q = [pendulum(p[some], cut.kappa[some], lam) for lam in cut.lam[:, some]]
     arcs = [arc(segment.kind, own) for segment, own in zip(group.segments, q, strict=True)]
-    return some[~(clearance(arcs, group.segments, H[some]) < 0)]
+    return some[~(clearance(arcs, group.segments, scene.at(some)) < 0)]
 
 
-def _lines(state, ends, table):
+def _lines(state, table):
     """Line regime: every segment has its rise at κ = 0; with further periods only where they fit."""
     found = []
-    p = table.p
+    p, ends = table.p, table.scene.ends
     for periods in range(most_periods(state, ends, p) + 1):
         for group in groups(state, ends, periods):
             lam = np.stack([table.line_force(segment) for segment in group.segments])
@@ -314,14 +317,14 @@ def periodic(kind):
     return not kind.second and not kind.springs
 
 
-def _free(state, ends, p):
+def _free(state, p, scene):
     """Buckling without contact, from its Euler load on, up to a fold if there is one.
 
     Modes whose two ends carry the same reaction (λ = 0) exist at every higher load, with K(m) = √p/n_K.
     The others are interpolated from their branch, which does not depend on the gap, and refined.
     """
-    ((kind, *_),) = segments = state.segments(ends)
-    onset = float(euler_root(state.mode, ends))
+    ((kind, *_),) = segments = state.segments(scene.ends)
+    onset = float(euler_root(state.mode, scene.ends))
     segments = {segments[0]: 1}
     roots = Roots.none(segments, p.size)
     if periodic(kind):
@@ -338,5 +341,5 @@ def _free(state, ends, p):
     kappa = np.clip(start, 1e-12, k[last] * (1 - 1e-3)) * np.sqrt(p)
     lam = (np.interp(start, k, ratio) * kappa * np.sqrt(p))[None]
     bracket = Bracket(np.zeros_like(p), k[last] * np.sqrt(p), np.full(p.size, -1.0))
-    roots.put(buckled, newton(segments, p, np.zeros_like(p), kappa, lam, bracket))
+    roots.put(buckled, newton(segments, p, scene.at(buckled), kappa, lam, bracket))
     return roots

@@ -58,7 +58,7 @@ def rounding_bounds(segments, arcs, geometries, p, line):
     return delta_kappa, np.max(moved, axis=0), SAFETY * slack, delta_energy
 
 
-def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
+def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
     """What rounding makes of a state at prescribed shortening, where the load is found too.
 
     Rounding of the total length (`delta_total`) and of the shortening moves k = κ/√p and ln p along and
@@ -69,7 +69,9 @@ def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
     segments : Mapping of Segment to int
     arcs : sequence of Arc
         One for each distinct segment, arrays of shape (n,).
-    p, H, delta_total : ndarray, shape (n,)
+    p, delta_total : ndarray, shape (n,)
+    scene : Scene
+        Of the n points.
     lam : ndarray, shape (distinct segments, n)
     line : bool
         κ = 0 is exact.
@@ -80,7 +82,7 @@ def bounds_at_shortening(segments, arcs, p, H, lam, delta_total, line):
         Bounds for κ/√p, for each length and for ln p, beside those at a given load.
     """
     k = arcs[0].q.kappa / np.sqrt(p)
-    linear = bordered(segments, p, H, k, lam, arcs)
+    linear = bordered(segments, p, scene, k, lam, arcs)
     geometries = [geometry(piece, load=True) for piece in arcs]
     delta_shorter = 0.0
     for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):

@@ -27,25 +27,26 @@ class Targets:
 
     Parameters
     ----------
-    shortening, H : ndarray, shape (n,)
-        Shortening ≥ 0 and half gap > 0.
+    shortening : ndarray, shape (n,)
+        At least 0.
+    scene : Scene
+        Of the n points.
     contacts : int
         Of the longest word that will be asked for.
     """
 
-    def __init__(self, shortening, H, contacts):
+    def __init__(self, shortening, scene, contacts):
         self.shortening = shortening
-        self.H, self.gap = np.unique(H, return_inverse=True)
-        self.loads = Loads(self.H, LONGEST_FREE_PERIOD * (contacts + 1 + MOST_PERIODS))
+        self.scene, self.gap = scene.distinct()
+        self.loads = Loads(self.scene, LONGEST_FREE_PERIOD * (contacts + 1 + MOST_PERIODS))
 
-    def every(self, state, ends):
+    def every(self, state):
         """Every root of a state, by increasing κ.
 
         Parameters
         ----------
         state : State
             Not the straight strip; its own root number is not looked at.
-        ends : Ends
 
         Returns
         -------
@@ -54,11 +55,12 @@ class Targets:
         beyond : ndarray of bool, shape (n,)
             Where there may be more beyond what is traced: at shortenings greater than any there.
         """
-        if not self.H.size:
+        ends = self.scene.ends
+        if not self.gap.size:
             return no_equilibria(len(state.word) + 1), np.zeros(0, bool)
         if state.mode:
-            return self._free(state, ends)
-        found, most = [no_equilibria(len(state.word) + 1)], np.zeros(self.H.size)
+            return self._free(state)
+        found, most = [no_equilibria(len(state.word) + 1)], np.zeros(self.scene.size)
         for periods in range(MOST_PERIODS + 1):
             for group in groups(state, ends, periods):
                 if state.line:
@@ -81,7 +83,7 @@ class Targets:
             known = place, roots.at(place)
         branch = self.loads.trace(segments, known)
         np.maximum.at(most, branch.gap, branch.shorter)
-        which, points = at_shortening(segments, branch, self.H, self.shortening, self.gap)
+        which, points = at_shortening(segments, branch, self.scene, self.shortening, self.gap)
         return which, points.p, points.roots
 
     def _line(self, segments, most):
@@ -89,24 +91,30 @@ class Targets:
 
         Also raises `most`, as `_point` does.
         """
-        shape = (-1, self.H.size)
+        gaps = self.scene.size
         begin, end, _ = self.loads.line_range(segments)
         # Nodes outside the range lie at its ends; between them there is nothing.
-        nodes = np.clip(self.loads.table.p.reshape(shape), begin, end)
+        nodes = np.clip(self.loads.table.p.reshape(-1, gaps), begin, end)
         nodes = np.concatenate([begin[None], nodes, end[None]])
-        shorter = line_shapes(segments, nodes, np.broadcast_to(self.H, nodes.shape))[0]
+        each = self.scene.at(np.tile(np.arange(gaps), len(nodes)))
+        shorter = line_shapes(segments, nodes.ravel(), each)[0].reshape(nodes.shape)
         np.fmax(most, np.fmax.reduce(shorter, axis=0), out=most)
         missing = shorter[:, self.gap] - self.shortening
         node, which = np.nonzero(missing[:-1] * missing[1:] < 0)
         low, high = (nodes[side, self.gap[which]] for side in (node, node + 1))
-        H, target = self.H[self.gap[which]], self.shortening[which]
-        p = find_root(lambda p, H, t: line_shapes(segments, p, H)[0] - t, (low, high), args=(H, target)).x
-        lam = np.stack([line_force(segment, p, H) for segment in segments])
+        scene, target = self.scene.at(self.gap[which]), self.shortening[which]
+
+        def excess(p, at):
+            return line_shapes(segments, p, scene.at(at))[0] - target[at]
+
+        p = find_root(excess, (low, high), args=(np.arange(which.size),)).x
+        lam = np.stack([line_force(segment, p, scene) for segment in segments])
         good = np.isfinite(lam).all(axis=0)
         return which[good], p[good], Roots(good, np.zeros_like(p), lam).at(good)
 
-    def _free(self, state, ends):
+    def _free(self, state):
         """Free buckling: a branch that does not depend on the gap."""
+        ends = self.scene.ends
         plain = state.segments(ends)
         if periodic(plain[0].kind):
             return self._periodic(plain)
@@ -120,7 +128,8 @@ class Targets:
         place = np.searchsorted(shorter, target) - 1
         bracket = Bracket(k[place], k[place + 1], -np.ones_like(target))
         lam = (np.interp(start, k, ratio) * start * load)[None]
-        points = settle(group.segments, np.zeros_like(load), start, load, lam, target, bracket)
+        scene = self.scene.at(self.gap[which])
+        points = settle(group.segments, scene, start, load, lam, target, bracket)
         good = points.found
         found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
         return found, self.shortening >= shorter[-1]

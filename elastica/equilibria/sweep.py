@@ -24,6 +24,7 @@ from elastica.equilibria.newton import (
 )
 from elastica.pendulum.elliptic import integrals
 from elastica.pendulum.segments import arc, below_right_angle, geometry, pendulum, steepest
+from elastica.scene import Scene
 
 NODES = 32
 NODE_STEPS = 8
@@ -51,7 +52,7 @@ LINE_FOLD_ANGLE = np.radians(47.761)
 LINE_NODES = 200
 
 
-def line_force(segment, p, H):
+def line_force(segment, p, scene):
     """λ of one segment at κ = 0, from the small-deflection form on; NaN where it has none before its fold.
 
     The rise is a concave function of λ up to the fold of the line states, so Newton climbs to the
@@ -61,8 +62,8 @@ def line_force(segment, p, H):
     -------
     ndarray, shape (n,)
     """
-    kind, rise = segment.kind, segment.rise
-    if not rise:
+    kind, rise = segment.kind, scene.rise(segment)
+    if not segment.rise:
         return np.zeros_like(p)
     root_p = np.sqrt(p)
     phase, jump = (kind.first + kind.second) * np.pi / 2, 0.0
@@ -71,17 +72,17 @@ def line_force(segment, p, H):
         eta = 2 * np.arctan(root_p / c) - np.pi / 2 if sigma > 0 else np.pi / 2
         phase, jump = phase - eta, np.cos(eta)
         fold = np.inf
-    start = p * root_p * rise * H / (phase + jump)
-    below = np.flatnonzero((rise * H * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0))
-    p, H = p[below], H[below]
-    line = newton({segment: 1}, p, H, np.zeros_like(p), start[None, below], fixed_kappa=True)
+    start = p * root_p * rise / (phase + jump)
+    below = np.flatnonzero((rise * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0))
+    p = p[below]
+    line = newton({segment: 1}, p, scene.at(below), np.zeros_like(p), start[None, below], fixed_kappa=True)
     before_fold = geometry(arc(kind, pendulum(p, line.kappa, line.lam[0]))).rise_lam > 0
     lam = np.full_like(start, np.nan)
     lam[below] = np.where(line.found & before_fold, line.lam[0], np.nan)
     return lam
 
 
-def rough_line_length(segment, p, H):
+def rough_line_length(segment, p, scene):
     """Length of a segment at κ = 0 to 1e-3; infinite beyond the fold, NaN next to it and on springs.
 
     Such a segment is a number of equal quarters of a period, with √p ℓ = K √cos α and
@@ -98,7 +99,7 @@ def rough_line_length(segment, p, H):
     root_p = np.sqrt(p)
     quarters = segment.kind.first + segment.kind.second
     rises, lengths = _quarters()
-    rise = root_p * segment.rise * H / quarters
+    rise = root_p * scene.rise(segment) / quarters
     length = np.interp(rise, rises, lengths, right=np.nan)
     length[rise > rises[-1] * (1 + NEARLY)] = np.inf
     return quarters * length / root_p
@@ -145,30 +146,31 @@ class Table:
 
     Parameters
     ----------
-    p, H : ndarray, shape (n,)
+    p : ndarray, shape (n,)
         Positive.
+    scene : Scene
     """
 
-    def __init__(self, p, H):
-        self.p, self.H = p, H
+    def __init__(self, p, scene):
+        self.p, self.scene = p, scene
         self._known, self._forces = {}, {}
 
     @cached_property
     def kappa(self):
         """Nodes of κ, shape (nodes, n)."""
-        return _nodes(self.p, self.H)
+        return _nodes(self.p, self.scene)
 
     def line_force(self, segment):
         """λ of a segment at κ = 0, shape (n,); NaN where it has none before its fold."""
         if segment not in self._forces:
-            self._forces[segment] = line_force(segment, self.p, self.H)
+            self._forces[segment] = line_force(segment, self.p, self.scene)
         return self._forces[segment]
 
     def of(self, segment):
         """Lengths of a segment, up to its first node past 90°."""
         if segment not in self._known:
             if segment.kind.springs:
-                self._known[segment] = Lengths.of(*follow(segment, self.p, self.H, np.pi / 2))
+                self._known[segment] = Lengths.of(*follow(segment, self.p, self.scene, np.pi / 2))
             else:
                 self._known[segment] = self._interpolate(segment)
         return self._known[segment]
@@ -176,26 +178,26 @@ class Table:
     def _interpolate(self, segment):
         """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
         root_p = np.sqrt(self.p)
-        scaled_H = self.H * root_p
-        lam, length, D = _scaled_table(segment)(scaled_H)
+        scaled = self.scene._replace(H=self.scene.H * root_p)
+        lam, length, D = _scaled_table(segment)(scaled.H)
         past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
         past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
         length[1:][past[:-1]] = np.nan
         # Next to its end the scaled table has gaps: there the segment is followed itself.
         gap = np.isnan(length[0]) & (
-            segment.rise * scaled_H <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
+            scaled.rise(segment) <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
         )
         gap |= (np.isnan(length[1:]) & ~past[:-1] & ~np.isnan(length[:-1])).any(axis=0)
         lam, length, D = lam * self.p, length / root_p, D / self.p
         points = np.flatnonzero(gap)
         if points.size:
-            exact = follow(segment, self.p[points], self.H[points], np.pi / 2)
+            exact = follow(segment, self.p[points], self.scene.at(points), np.pi / 2)
             lam[:, points], length[:, points], D[:, points] = exact
         return Lengths.of(lam, length, D)
 
 
-def _nodes(p, H):
-    grade = 0.25 * p * H
+def _nodes(p, scene):
+    grade = 0.25 * p * scene.H
     return grade * np.sinh(SHARES[:, None] * np.arcsinh(1.001 * np.sqrt(2 * p) / grade))
 
 
@@ -203,7 +205,7 @@ def _nodes(p, H):
 def _scaled_table(segment):
     """Interpolant of λ, length and D at the nodes for p = 1 over ln H, by cubics through four neighbours."""
     H = np.exp(SCALED_GRID)
-    lam, length, D = follow(segment, np.ones_like(H), H, BEYOND)
+    lam, length, D = follow(segment, np.ones_like(H), Scene(None, H), BEYOND)
     # In these units all three stay finite as H → 0.
     table = np.stack([lam / H, length, D * H])
     table[:, np.isnan(length)] = np.nan
@@ -228,15 +230,15 @@ def _scaled_table(segment):
     return interpolate
 
 
-def follow(segment, p, H, steepest_angle):
+def follow(segment, p, scene, steepest_angle):
     """λ, length and D of a segment at the nodes, shape (nodes, n), up to the first past an angle."""
-    nodes = _nodes(p, H)
+    nodes = _nodes(p, scene)
     lam, length, D = np.full((3, *nodes.shape), np.nan)
-    force = line_force(segment, p, H)
+    force = line_force(segment, p, scene)
     alive = np.flatnonzero(np.isfinite(force))
     force = force[alive]
     for node, kappa in enumerate(nodes):
-        here = _settle(segment, p[alive], H[alive], kappa[alive], force)
+        here = _settle(segment, p[alive], scene.at(alive), kappa[alive], force)
         lam[node, alive], length[node, alive], D[node, alive] = here[:3]
         if node + 1 == NODES:
             break
@@ -247,9 +249,9 @@ def follow(segment, p, H, steepest_angle):
     return lam, length, D
 
 
-def _settle(segment, p, H, kappa, lam):
+def _settle(segment, p, scene, kappa, lam):
     """λ, length, D, dλ/dκ and the steepest angle of a segment at fixed κ."""
-    rise, lam = segment.rise * H, lam.copy()
+    rise, lam = scene.rise(segment), lam.copy()
     length, D, along = np.full((3, p.size), np.nan)
     live = np.arange(p.size)
     for _ in range(NODE_STEPS):
@@ -309,7 +311,7 @@ def every_root(segments, table):
     kappa = table.kappa[:, near]
     _sharpen_start(segments, table, near, excess)
     lam = np.stack([row.lam[:, near] for row, _ in rows])
-    _sharpen(segments, table.p[near], table.H[near], kappa, lam, excess, pivot)
+    _sharpen(segments, table.p[near], table.scene.at(near), kappa, lam, excess, pivot)
     sign = np.where(excess < 0, -1.0, np.where(excess >= 0, 1.0, np.nan))
 
     def edges(node, point):
@@ -329,7 +331,7 @@ def every_root(segments, table):
     if point.size:
         left, right = edges(node, point)
         slopes = pivot[node, point], pivot[node + 1, point]
-        top = _extremum(segments, table.p[near[point]], table.H[near[point]], left, right, slopes)
+        top = _extremum(segments, table.p[near[point]], table.scene.at(near[point]), left, right, slopes)
         crosses = np.flatnonzero(top.excess * left.excess < 0)
         left, top, right = (edge.at(crosses) for edge in (left, top, right))
         brackets += [(near[point[crosses]], left, top), (near[point[crosses]], top, right)]
@@ -339,7 +341,7 @@ def every_root(segments, table):
         _Edge(*(np.concatenate(values, axis=-1) for values in zip(*sides, strict=True)))
         for sides in zip(*(bracket[1:] for bracket in brackets), strict=True)
     )
-    roots = _refine(segments, table.p[points], table.H[points], low, high)
+    roots = _refine(segments, table.p[points], table.scene.at(points), low, high)
     below = below_right_angles(segments, table.p[points], roots)
     good, steep = roots.found & below, np.flatnonzero(roots.found & ~below)
     cut_points, cut = _together((cut_points, cut), (points[steep], roots.at(steep)))
@@ -376,15 +378,15 @@ def _sharpen_start(segments, table, near, excess):
     excess[0, unsure] = total_length(segments, table.p[points], line) - 1
 
 
-def _sharpen(segments, p, H, kappa, lam, excess, pivot):
+def _sharpen(segments, p, scene, kappa, lam, excess, pivot):
     """Replace λ, Σnℓ − 1 and ΣnD at nodes beyond κ = 0 where the table may have the wrong sign.
 
     Next to a fold a node lies between two roots, or beside both, by less than the table knows.
     """
     node, point = np.nonzero(np.abs(excess[1:]) < UNSURE)
-    node, p, H = node + 1, p[point], H[point]
-    there = newton(segments, p, H, kappa[node, point], lam[:, node, point], fixed_kappa=True)
-    arrow = arrow_system(segments, p, H, there.kappa, there.lam)
+    node, p, scene = node + 1, p[point], scene.at(point)
+    there = newton(segments, p, scene, kappa[node, point], lam[:, node, point], fixed_kappa=True)
+    arrow = arrow_system(segments, p, scene, there.kappa, there.lam)
     good = there.found & np.isfinite(arrow.pivot)
     node, point = node[good], point[good]
     lam[:, node, point] = there.lam[:, good]
@@ -417,17 +419,18 @@ def _turns(kappa, excess, pivot):
     return node[dips], point[dips]
 
 
-def _extremum(segments, p, H, left, right, slopes):
+def _extremum(segments, p, scene, left, right, slopes):
     """A point beyond zero between two nodes, if Σnℓ − 1 turns round there: false position on ΣnD."""
     a, b, (slope_a, slope_b) = left.kappa.copy(), right.kappa.copy(), (slope.copy() for slope in slopes)
     best = _Edge(left.kappa.copy(), left.lam.copy(), left.excess.copy())
     live = np.arange(a.size)
     for _ in range(EXTREMUM_STEPS):
         kappa = a[live] + (b[live] - a[live]) * slope_a[live] / (slope_a[live] - slope_b[live])
+        here = scene.at(live)
         there = newton(
-            segments, p[live], H[live], kappa, best.lam[:, live], fixed_kappa=True, most_steps=NODE_STEPS
+            segments, p[live], here, kappa, best.lam[:, live], fixed_kappa=True, most_steps=NODE_STEPS
         )
-        arrow = arrow_system(segments, p[live], H[live], kappa, there.lam)
+        arrow = arrow_system(segments, p[live], here, kappa, there.lam)
         best.kappa[live], best.lam[:, live], best.excess[live] = kappa, there.lam, arrow.excess
         before = arrow.pivot * slope_a[live] > 0
         first, second = live[before], live[~before]
@@ -439,14 +442,14 @@ def _extremum(segments, p, H, left, right, slopes):
     return best
 
 
-def _refine(segments, p, H, low, high):
+def _refine(segments, p, scene, low, high):
     """Newton from the secant between two sides of a bracket, kept between them but for the table's error."""
     share = low.excess / (low.excess - high.excess)
     width = high.kappa - low.kappa
     return newton(
         segments,
         p,
-        H,
+        scene,
         low.kappa + width * share,
         low.lam + (high.lam - low.lam) * share,
         bracket=Bracket(

@@ -21,6 +21,7 @@ from elastica.equilibria.periods import Group
 from elastica.equilibria.roots import spread
 from elastica.equilibria.sweep import line_force
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import solution_of, solve
 from elastica.state import State, parse_state
 
@@ -254,13 +255,13 @@ def _solved(arc, t, p, lam):
     -------
     Solution, Points
     """
-    H = np.full(t.size, arc.H)
+    scene = Scene(arc.ends, np.full(t.size, arc.H))
     with np.errstate(all="ignore"):
         if arc.state.line:
-            lam = np.stack([line_force(segment, t**2, H) for segment in arc.group.segments])
+            lam = np.stack([line_force(segment, t**2, scene) for segment in arc.group.segments])
             points = Points(np.isfinite(lam).all(axis=0), np.zeros_like(t), t**2, lam)
         else:
-            points = settle(arc.group.segments, H, t, p, lam)
+            points = settle(arc.group.segments, scene, t, p, lam)
         plain = arc.state.segments(arc.ends)
         found = spread(plain, arc.group, np.arange(t.size), points.roots, points.p)
-        return solution_of(arc.state, arc.ends, arc.control, None, H, found), points
+        return solution_of(arc.state, arc.ends, arc.control, None, scene.H, found), points

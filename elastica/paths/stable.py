@@ -12,6 +12,7 @@ from elastica.ends import parse_ends
 from elastica.equilibria.roots import alternates, first
 from elastica.equilibria.sweep import Table
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import solution_of, solve
 from elastica.state import parse_state
 
@@ -45,7 +46,7 @@ def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped
     if parsed.word and parsed.root == 1 and not parsed.line and alternates(parsed, ends):
         at = np.flatnonzero((P > 0) & (H > 0))
         with np.errstate(all="ignore"):
-            found = first(parsed, ends, Table(FOUR_PI_SQUARED * P[at], H[at]))
+            found = first(parsed, Table(FOUR_PI_SQUARED * P[at], Scene(ends, H[at])))
             at = at[found.point]
             solution = solution_of(parsed, ends, "P", P[at], H[at], found)
     else:

@@ -20,6 +20,7 @@ from elastica.equilibria.shortening_control import MOST_PERIODS
 from elastica.equilibria.sweep import line_force
 from elastica.pendulum.elliptic import integrals
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import solution_of
 
 NEAR_FOLD = 8
@@ -52,7 +53,7 @@ def tracks(state, ends, H, control, P_max):
     if state.mode:
         yield _free_track(state, ends, H, control, P_max)
         return
-    loads = Loads(H, np.sqrt(FOUR_PI_SQUARED * P_max))
+    loads = Loads(Scene(ends, H), np.sqrt(FOUR_PI_SQUARED * P_max))
     for periods in range(min(MOST_PERIODS, most_periods(state, ends, loads.table.p)) + 1):
         for group in groups(state, ends, periods):
             if state.line:
@@ -80,8 +81,8 @@ def _point_track(state, ends, H, control, group, branch):
     def at(samples, t):
         seed = branch.at(samples)
         gaps = H[seed.gap]
-        points = settle(group.segments, gaps, t, seed.p, seed.lam)
-        return _described(state, ends, control, group, gaps, gaps, points)
+        points = settle(group.segments, Scene(ends, gaps), t, seed.p, seed.lam)
+        return _described(state, ends, control, group, gaps, points)
 
     contacts = (Event.REACTION_LOST,) * len(state.word)
     first = np.flatnonzero(np.diff(branch.gap, prepend=-1))
@@ -131,16 +132,16 @@ def _free_track(state, ends, H, control, P_max):
         else:
             seed = np.maximum(node[samples], 1)
             lam = (ratio[seed] * t * p[seed])[None]
-            points = settle(group.segments, np.zeros_like(gaps), t, p[seed], lam)
-        return _described(state, ends, control, group, np.zeros_like(gaps), gaps, points)
+            points = settle(group.segments, Scene(ends, gaps), t, p[seed], lam)
+        return _described(state, ends, control, group, gaps, points)
 
     events = (Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.FOLD, Event.ENDS_MEET)
     return Track(gap, nodes.ravel(), at, events, {})
 
 
-def _described(state, ends, control, group, rise, H, points):
-    """What a track gives at points of the point regime; `rise` of each segment."""
-    linear = bordered(group.segments, points.p, rise, points.k, points.lam)
+def _described(state, ends, control, group, H, points):
+    """What a track gives at points of the point regime."""
+    linear = bordered(group.segments, points.p, Scene(ends, H), points.k, points.lam)
     found = spread(state.segments(ends), group, np.arange(H.size), points.roots, points.p)
     solution = solution_of(state, ends, control, None, H, found)
     slope = linear.load_k if control == "P" else linear.shortening_k
@@ -174,7 +175,7 @@ def _line_track(state, ends, H, control, group, samples):
 
     def at(samples, t):
         gaps = H[gap[samples]]
-        lam = np.stack([line_force(segment, t, gaps) for segment in group.segments])
+        lam = np.stack([line_force(segment, t, Scene(ends, gaps)) for segment in group.segments])
         good = np.isfinite(lam).all(axis=0)
         found = spread(state.segments(ends), group, np.arange(t.size), Roots(good, np.zeros_like(t), lam), t)
         solution = solution_of(state, ends, control, None, gaps, found)

@@ -32,6 +32,7 @@ from elastica.inputs import read_number, read_numbers
 from elastica.paths.tracks import tracks
 from elastica.rows import Rows
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import SMALLEST_GAP
 from elastica.spelling import did_you_mean
 from elastica.state import is_canonical, parse_state
@@ -295,11 +296,12 @@ def _number(state, ends, solution, wanted):
         # Next to its fold a search may miss it, but there is no other.
         numbers[own] = 1
     elif own.size:
+        scene = Scene(ends, solution.H[own])
         if solution.control == "P":
-            found, _ = every(state, ends, FOUR_PI_SQUARED * solution.P[own], solution.H[own])
+            found, _ = every(state, FOUR_PI_SQUARED * solution.P[own], scene)
         else:
-            targets = Targets(solution.shortening[own], solution.H[own], len(state.word))
-            found, _ = targets.every(state, ends)
+            targets = Targets(solution.shortening[own], scene, len(state.word))
+            found, _ = targets.every(state)
         away = np.abs(found.kappa - solution.curvature[own][found.point])
         same = (found.periods.T == solution.periods[own][found.point]).all(axis=1)
         same &= away < 1e-6 * np.sqrt(found.p)
