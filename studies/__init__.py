@@ -31,14 +31,14 @@ if TYPE_CHECKING:
     from studies.errors import StudyError as StudyError
     from studies.loading import loading_path as loading_path
     from studies.running.runner import run as run
-    from studies.store.files import open as open
+    from studies.store.datasets import open as open
 
 _HOME = {
     "Study": "design.study",
     "StudyError": "errors",
     "Plan": "design.plan",
     "run": "running.runner",
-    "open": "store.files",
+    "open": "store.datasets",
     "check": "archive.checking",
     "Catalog": "archive.catalog",
     "plot": "plot",

@@ -1,6 +1,7 @@
-"""How values, texts of files, paths, sizes and times are shown in a sentence."""
+"""How values, texts of files, paths, sizes and times are shown in a sentence; and how one is told."""
 
 import os
+import sys
 
 MOST_SHOWN = 60
 """Characters of a value in a sentence."""
@@ -56,3 +57,40 @@ def readable_time(seconds):
     if seconds < 100:
         return f"{seconds:.0f} s"
     return f"{seconds / 60:.0f} min" if seconds < 6000 else f"{seconds / 3600:.1f} h"
+
+
+class Forgiving:
+    """A stream of text that says what it can, and nothing where that fails."""
+
+    def __init__(self, stream):
+        self.stream = stream
+
+    def write(self, text):
+        """Write text, if that is possible."""
+        self._attempt("write", text)
+        return len(text)
+
+    def flush(self):
+        """Send what is written, if that is possible."""
+        self._attempt("flush")
+
+    def isatty(self):
+        """Whether it is a terminal that is there."""
+        return bool(self._attempt("isatty"))
+
+    @property
+    def encoding(self):
+        """As of the stream, whose terminal may not know every character."""
+        return getattr(self.stream, "encoding", None) or "utf-8"
+
+    def _attempt(self, what, *arguments):
+        try:
+            # Python has no stream at all where the descriptor was closed at the start.
+            return getattr(self.stream, what)(*arguments) if self.stream is not None else None
+        except (OSError, ValueError):
+            return None
+
+
+def note(text):
+    """Tell the user what happened on the way."""
+    print(printable(text), file=Forgiving(sys.stderr), flush=True)

@@ -41,6 +41,7 @@ import numpy as np
 from elastica.codes import Code, Event, Stability, Status
 from elastica.state import is_canonical
 
+LABEL_DIGITS = 12
 FORMAT_VERSION = 2
 """Raised whenever an older version would misread a file; files of older formats still open."""
 ANY_NAME = "1/2"
@@ -253,6 +254,11 @@ def coordinates(ends, H, control, given, names, outputs):
     if outputs.shapes:
         labels["s"] = np.linspace(0, 1, outputs.shapes)
     return labels
+
+
+def canonical(value):
+    """A label with 12 significant digits, so that the same label from another grid compares equal."""
+    return float(f"{value:.{LABEL_DIGITS - 1}e}") + 0.0
 
 
 def control_of(labels):

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from elastica.strip import GIVEN, PHYSICAL, Strip
-from studies.design.tables import canonical
 from studies.errors import StudyError
-from studies.schema import control_of
+from studies.schema import canonical, control_of
 
 if TYPE_CHECKING:
     from xarray import Dataset

@@ -14,8 +14,8 @@ from scipy.spatial import cKDTree
 
 import studies
 from studies import Study
+from studies.design.axes import Refine
 from studies.design.refinement import UNKNOWN, first_points, next_points
-from studies.design.tables import Refine
 from studies.store.sources import Source, StableStates
 
 LEVELS = 5

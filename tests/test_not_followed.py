@@ -10,7 +10,7 @@ import studies
 from elastica import Status
 from studies.command_line import main
 from studies.design.study import Study
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 NO, SOLVED, LOST = Status.NO_EQUILIBRIUM, Status.SOLVED, Status.NOT_FOLLOWED
 

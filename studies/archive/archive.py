@@ -13,9 +13,9 @@ from pathlib import Path
 from studies.archive.catalog import INDEX, LONGEST_TEXT, SUFFIX, Catalog, Entry, is_name
 from studies.archive.checking import check
 from studies.errors import StudyError
-from studies.progress import note
+from studies.messages import note
 from studies.running.lock import one_at_a_time
-from studies.store.files import identify
+from studies.store.datasets import identify
 from studies.store.provenance import now
 from studies.store.reuse import read_finished, state_labels
 from studies.store.sources import refuse_changed

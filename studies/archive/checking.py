@@ -14,7 +14,8 @@ from elastica.control import CONTROLS
 from elastica.state import is_canonical
 from studies.archive.repeat import Repeated, repeat_events, repeat_points
 from studies.design.refinement import UNKNOWN, first_points, next_points
-from studies.design.study import NUMERICS_VERSION, Study
+from studies.design.request import NUMERICS_VERSION
+from studies.design.study import Study
 from studies.design.tables import Outputs
 from studies.errors import StudyError
 from studies.messages import cut
@@ -28,15 +29,9 @@ from studies.schema import (
     variables,
     word_failed,
 )
-from studies.store.files import (
-    as_damage_error,
-    content_hash,
-    identify,
-    opened,
-    read_apart,
-    read_labels,
-    refuse_more_than_memory,
-)
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import as_damage_error, opened, read_apart, read_labels, refuse_more_than_memory
 from studies.store.joining import summarise
 from studies.store.sources import Source, StableStates
 from studies.store.structure import is_type

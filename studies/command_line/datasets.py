@@ -61,8 +61,8 @@ def plot(file, kind, output, **options):
     from studies import plot as figures
     from studies.errors import StudyError
     from studies.schema import control_of
-    from studies.store.files import identify
-    from studies.store.files import open as open_dataset
+    from studies.store.datasets import identify
+    from studies.store.datasets import open as open_dataset
 
     arguments = _arguments(kind, options)
     output = output or file.with_name(file.stem + f"-{kind}" * (kind != "chart") + ".png")

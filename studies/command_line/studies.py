@@ -71,7 +71,7 @@ def run(
     from studies.design.plan import Plan
     from studies.design.study import Study
     from studies.errors import StudyError
-    from studies.progress import note
+    from studies.messages import note
     from studies.running.cluster import queued_cluster, running_cluster
     from studies.running.output import is_settled
     from studies.running.runner import Policy, compute
@@ -154,7 +154,7 @@ def reduce(ctx, study, output, reuse, force_unlock):
 def _summarise(ctx, output):
     """Say what a dataset holds; exit status 3 if states failed."""
     from elastica.codes import Stability, Status
-    from studies.progress import note
+    from studies.messages import note
     from studies.schema import TRANSITIONS_FAILED
     from studies.store.files import opened
 

@@ -6,45 +6,23 @@ never changes a value.
 
 from dataclasses import dataclass
 from itertools import islice
-from math import ceil, prod
-from typing import Any, NamedTuple
+from math import ceil
+from typing import Any
 
 import numpy as np
 
-from elastica.ends import parse_ends
-from elastica.equilibria.roots import CHUNK, alternates
-from elastica.state import is_canonical, parse_state
+from elastica.equilibria.roots import CHUNK
+from elastica.state import is_canonical
 from studies.design.block import Block, Gaps, Scattered, Task
+from studies.design.costs import ROOTS, bytes_of, costs_of, costs_of_events
 from studies.design.refinement import first_places, next_points
-from studies.design.study import Study
+from studies.design.request import Request
 from studies.errors import StudyError
 from studies.messages import readable_bytes, readable_time
-from studies.schema import coordinates, variables
 
-SECONDS_PER_STATE = 8e-6
-"""One state at one grid point on one core of 2020–25, from a closed start."""
-SECONDS_PER_WORD = 30e-6
-"""The same where every root is sought."""
-SECONDS_PER_SWEEP = 0.05
-"""What the search for a word costs each chunk of points, however few they are."""
-SECONDS_PER_BRANCH = 0.045
-"""Tracing the branches of a word with one contact at one gap, under prescribed shortening."""
-SECONDS_PER_TRACING = 0.6
-"""What tracing costs each chunk for such a word, however few its gaps."""
-SPRINGS = 8.0
-"""Factor of all this for segments at springs, whose lengths are integrated."""
-ROOTS = 4
-"""More roots than words have on the average, and are solved somewhere, at the loads of usual studies."""
-SECONDS_PER_CHAIN = 5e-3
-"""One state of a chain, with its exact start."""
-SECONDS_PER_EIGENVALUES = 1.7e-3
-"""Of one solved state; as many as there are words if every root is sought, else a third of those named."""
-SECONDS_PER_SAMPLE = 1e-6
 SECONDS_PER_BLOCK = 2.0
 LARGEST_BLOCK, LARGEST_SEARCH = 20_000, 4_000
 """Grid points of a block; the second where every root of words with two and more contacts is sought."""
-SECONDS_PER_EVENTS, SECONDS_PER_EVENTS_AT_GAP = 0.6, 0.15
-"""Finding the events of a state: at a block of gaps, and at each of these."""
 GAPS_OF_EVENTS = 10
 """Gaps of a block of events."""
 GAPS_PER_BLOCK = 20
@@ -64,7 +42,7 @@ class Plan:
 
     Attributes
     ----------
-    study : Study
+    study : Request
     task : Task
         What is computed at each grid point.
     blocks : tuple of Block
@@ -85,7 +63,7 @@ class Plan:
         Grid points of a block, if they are prescribed.
     """
 
-    study: Study
+    study: Request
     task: Task
     blocks: tuple
     points: int
@@ -97,12 +75,14 @@ class Plan:
     block_points: int | None = None
 
     @classmethod
-    def of(cls, study: Study, block_points: int | None = None, known: Any = None, rest: Any = None) -> "Plan":
+    def of(
+        cls, study: Request, block_points: int | None = None, known: Any = None, rest: Any = None
+    ) -> "Plan":
         """Plan a study.
 
         Parameters
         ----------
-        study : Study
+        study : Request
         block_points : int, optional
             Grid points of a block.
         known : Known, optional
@@ -119,8 +99,8 @@ class Plan:
         if rest is not None:
             task = task._replace(names=rest[0])
         H, given = len(grid.H), len(grid.given)
-        costs = {ends: _costs(task, ends, grid.control) for ends in grid.ends}
-        per_point = _bytes(study, task, points=1)
+        costs = {ends: costs_of(task, ends, grid.control) for ends in grid.ends}
+        per_point = bytes_of(study, task, points=1)
         blocks: list[Block] = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
@@ -148,7 +128,7 @@ class Plan:
             blocks=tuple(blocks),
             points=points,
             states=H * given * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
-            bytes=_bytes(study, task, points),
+            bytes=bytes_of(study, task, points),
             seconds=sum(seconds),
             longest=max(seconds, default=0.0),
             known=known,
@@ -156,12 +136,12 @@ class Plan:
         )
 
     @classmethod
-    def of_events(cls, study: Study, names: tuple[str, ...], block_points: int | None = None) -> "Plan":
+    def of_events(cls, study: Request, names: tuple[str, ...], block_points: int | None = None) -> "Plan":
         """Plan the transition table of a study, in blocks of gaps.
 
         Parameters
         ----------
-        study : Study
+        study : Request
         names : tuple of str
             States of its dataset.
         block_points : int, optional
@@ -174,7 +154,7 @@ class Plan:
             for number, ends in enumerate(grid.ends)
             for row in range(0, len(grid.H), size)
         )
-        seconds = [_event_costs(names, block.ends).of(block) for block in blocks]
+        seconds = [costs_of_events(names, block.ends).of(block) for block in blocks]
         return cls(
             study=study,
             task=study.task._replace(names=names, every_root=False),
@@ -247,7 +227,7 @@ class Plan:
         """Lines that tell what is certain of a refined study, and what it cannot exceed."""
         first = sum(block.points for block in self.blocks)
         grid = self.study.grid
-        costs = [_costs(self.task, ends, grid.control) for ends in grid.ends]
+        costs = [costs_of(self.task, ends, grid.control) for ends in grid.ends]
         every = sum(some.seconds(len(grid.H) * len(grid.given), len(grid.H)) for some in costs)
         yield (
             f"refined   {first:,} points first, the coarse grid and its audit; then where the stable states "
@@ -258,56 +238,6 @@ class Plan:
                 "warning   at prescribed shortening one point of a gap takes as long as all of them: compute "
                 "the finest grid instead, without refine"
             )
-
-
-class Costs(NamedTuple):
-    """Seconds that each chunk of points solved together takes, each gap and each point."""
-
-    chunk: float
-    gap: float
-    point: float
-
-    def of(self, block):
-        """Seconds of a block."""
-        return self.seconds(block.points, len(set(block.H)) if self.gap else 0)
-
-    def seconds(self, points, gaps):
-        """Seconds of points that are solved together, at so many gaps."""
-        return self.chunk * ceil(points / CHUNK) + self.gap * gaps + self.point * points
-
-
-def _event_costs(names, ends):
-    """Expected work for the events of states with these ends; they are found at few gaps together."""
-    known = [parse_state(name, ends) for name in names if is_canonical(name, ends)]
-    springs = SPRINGS if any(not (end.clamped or end.pinned) for end in parse_ends(ends)) else 1.0
-    bent = springs * sum(not state.straight for state in known)
-    return Costs(SECONDS_PER_EVENTS * bent, SECONDS_PER_EVENTS_AT_GAP * bent, 0.0)
-
-
-def _costs(task, ends, control):
-    """Expected work with these ends."""
-    outputs = task.outputs
-    known = [parse_state(name, ends) for name in task.names if is_canonical(name, ends)]
-    # Line states and words of one root have a closed start, unless all roots are wanted.
-    swept = [
-        state
-        for state in known
-        if state.word and (task.every_root or control != "P" or not (state.line or _alternates(state, ends)))
-    ]
-    springs = SPRINGS if any(not (end.clamped or end.pinned) for end in parse_ends(ends)) else 1.0
-    bent = sum(not state.straight for state in known)
-    solved = bent if task.every_root else bent / 3
-    per_point = (
-        SECONDS_PER_STATE * springs * (len(known) - len(swept))
-        + SECONDS_PER_EIGENVALUES * ((outputs.eigenvalues > 0) + (outputs.frequencies > 0)) * solved
-        + SECONDS_PER_SAMPLE * outputs.shapes * len(known)
-        + SECONDS_PER_CHAIN * (task.method.method == "chain") * solved
-    )
-    if control == "P":
-        searching = springs * len(swept)
-        return Costs(SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
-    tracing = springs * sum(len(state.word) for state in swept)
-    return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
 
 
 def _rectangular(grid, number, wanted, size):
@@ -365,10 +295,6 @@ def _cut(labels, size):
     return [labels[i : i + size] for i in range(0, len(labels), size)]
 
 
-def _alternates(state, ends):
-    return state.root == 1 and alternates(state, ends)
-
-
 def _block_points(costs, task, grid, bytes_per_point):
     """Grid points of a block: some seconds of work that fit into memory."""
     most = max(1, LARGEST_ARRAY // bytes_per_point)
@@ -379,16 +305,3 @@ def _block_points(costs, task, grid, bytes_per_point):
     largest = LARGEST_SEARCH if task.every_root and contacts > 1 else LARGEST_BLOCK
     seconds = max(SECONDS_PER_BLOCK, 10 * costs.chunk)
     return min(most, largest, ceil(seconds / max(costs.point, 1e-9)))
-
-
-def _bytes(study, task, points):
-    """Size of a dataset with the number of states expected and this number of points."""
-    grid, outputs = study.grid, task.outputs
-    labels = coordinates((), (), grid.control, (), task.names, outputs)
-    words = sum(name.strip("a-")[0] in "UD" for name in task.names)
-    states = len(task.names) + (ROOTS - 1) * words * task.every_root
-    return points * sum(
-        np.dtype(variable.dtype).itemsize
-        * prod(states if dim == "state" else labels[dim].size for dim in variable.dims[3:])
-        for variable in variables(labels, outputs).values()
-    )

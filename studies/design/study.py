@@ -1,96 +1,30 @@
-"""The study: what is asked for, validated before anything runs, and its identity.
+"""The study as a user gives it: read from a file or a dict, refused in one sentence, planned.
 
-Not here: what each table of the file may hold (`tables`), how the work is divided (`plan`), who does it
-(`runner`).
+Not here: what is asked for in it (`request`), how the work is divided (`plan`), who does it (`runner`).
 """
 
-import hashlib
-import json
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
-from pydantic import ValidationError, model_validator
+from pydantic import ValidationError
 
-from elastica.chain.profile import parse_profile
-from elastica.paths.transitions import LARGEST_P
 from elastica.spelling import did_you_mean
-from elastica.state import parse_state, states
-from studies.design.block import Task
-from studies.design.tables import About, Grid, Outputs, Range, Refine, Solve, States, Table
+from studies.design.axes import Range, Refine
+from studies.design.plan import Plan
+from studies.design.request import Request
+from studies.design.tables import About, Grid, Outputs, Solve, States
 from studies.design.toml import LARGEST_FILE, read_toml
 from studies.errors import StudyError
 from studies.kinds import refuse_other
 from studies.messages import named, shown
 
-if TYPE_CHECKING:
-    from studies.design.plan import Plan
-
-NUMERICS_VERSION = 4
-"""Raised whenever the same study may give other values than before, beyond rounding."""
-
 DEEPEST = 4
 """Of the tables in a study, one in another, with the lists in them."""
 
 
-class Study(Table):
+class Study(Request):
     """A validated study: the grid, the states, the method and the outputs."""
-
-    study: About
-    grid: Grid
-    states: States
-    solve: Solve = Solve()
-    outputs: Outputs = Outputs()
-
-    @model_validator(mode="after")
-    def _states_fit_the_ends(self):
-        for name in self.states.names or ():
-            problems = []
-            for ends in self.grid.ends:
-                try:
-                    self.solve.check(name, ends)
-                except ValueError as problem:
-                    problems.append(str(problem))
-            if len(problems) == len(self.grid.ends):
-                raise ValueError(f"states.names: {problems[0]}")
-        return self
-
-    @model_validator(mode="after")
-    def _a_catalogue_that_the_chain_can_solve(self):
-        contacts, solve = self.states.max_contacts, self.solve
-        if contacts is None or solve.method == "exact":
-            return self
-        if solve.stiffness and not parse_profile(solve.stiffness, solve.links).uniform:
-            raise ValueError(
-                "states.max_contacts lists the states of a uniform strip; name those of this one instead"
-            )
-        try:
-            solve.check("U" * max(contacts, 1), self.grid.ends[0])
-        except ValueError as problem:
-            raise ValueError(f"states.max_contacts: {problem}") from None
-        return self
-
-    @model_validator(mode="after")
-    def _events_that_can_be_found(self):
-        if not self.outputs.transitions:
-            return self
-        remedy = "or leave transitions out"
-        if self.grid.control != "P":
-            raise ValueError(
-                f"outputs.transitions = true lists events along P, but shortening is prescribed; "
-                f"prescribe P {remedy}"
-            )
-        if self.solve.method != "exact":
-            raise ValueError(
-                f'outputs.transitions = true needs solve.method = "exact", not "{self.solve.method}"; '
-                f"change it {remedy}"
-            )
-        if not 0 < self.grid.given[-1] <= LARGEST_P:
-            raise ValueError(
-                f"outputs.transitions = true needs loads up to {LARGEST_P:g} at the most, but P ends at "
-                f"{self.grid.given[-1]:g}; change P {remedy}"
-            )
-        return self
 
     @classmethod
     def from_toml(cls, path: str | Path) -> Self:
@@ -129,66 +63,8 @@ class Study(Table):
         except ValidationError as problem:
             raise StudyError(f"{path}: {_explain(problem)}") from None
 
-    @property
-    def name(self) -> str:
-        """Name of the study and of its default output."""
-        return self.study.name
-
-    @property
-    def task(self) -> Task:
-        """What is computed at every grid point."""
-        return Task(self.state_names, self.states.names is None, self.outputs, self.solve)
-
-    @property
-    def state_names(self) -> tuple[str, ...]:
-        """Canonical names of the states to solve, each once; with max_contacts, of their first roots."""
-        if self.states.names is not None:
-            wanted = (
-                parse_state(name, ends).name
-                for name in self.states.names
-                for ends in self.grid.ends
-                if _has_meaning(name, ends)
-            )
-        else:
-            contacts = self.states.max_contacts or 0
-            wanted = (name for ends in self.grid.ends for name in states(ends, contacts))
-        return tuple(dict.fromkeys(wanted))
-
-    @property
-    def config_json(self) -> str:
-        """The whole study as canonical JSON."""
-        return json.dumps(self.model_dump(mode="json", exclude_none=True), sort_keys=True, ensure_ascii=False)
-
-    @property
-    def study_id(self) -> str:
-        """Identity of everything in the study file."""
-        return hashlib.sha256(self.config_json.encode()).hexdigest()[:32]
-
-    @property
-    def numerics_id(self) -> str:
-        """Identity of the method; results that share it may be merged."""
-        numerics = {
-            "solve": self.solve.model_dump(mode="json", exclude_none=True),
-            "version": NUMERICS_VERSION,
-        }
-        return hashlib.sha256(json.dumps(numerics, sort_keys=True).encode()).hexdigest()[:32]
-
-    @property
-    def results_id(self) -> str:
-        """Identity of what is computed: of the study file without the name and the texts in [study]."""
-        results = self.model_dump(mode="json", exclude_none=True, exclude={"study"})
-        text = json.dumps(results, sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
-
-    @property
-    def identity(self) -> dict[str, str]:
-        """Identities of the results and of the method, by their names in files."""
-        return {"results_id": self.results_id, "numerics_id": self.numerics_id}
-
-    def plan(self, **policy: Any) -> "Plan":
-        """Divide the study into blocks; see `studies.design.plan.Plan`."""
-        from studies.design.plan import Plan
-
+    def plan(self, **policy: Any) -> Plan:
+        """Divide the study into blocks; see `Plan.of`."""
         return Plan.of(self, **policy)
 
 
@@ -203,14 +79,6 @@ def _plain(value, depth=DEEPEST):
     if depth and isinstance(value, (list, tuple, range)):
         return [_plain(item, depth - 1) for item in value]
     return value
-
-
-def _has_meaning(name, ends):
-    try:
-        parse_state(name, ends)
-    except ValueError:
-        return False
-    return True
 
 
 ALLOWED_KEYS = {

@@ -7,7 +7,7 @@ scheduler grows with the study. Workers may leave and join; who cannot do the jo
 import time
 
 from studies.errors import StudyError, UnfitWorker
-from studies.progress import note
+from studies.messages import note
 from studies.running.worker import check_worker, compute_block
 
 IN_FLIGHT = 2

@@ -19,7 +19,7 @@ from pathlib import Path
 import psutil
 
 from studies.errors import StudyError
-from studies.progress import note
+from studies.messages import note
 
 STRANGE = "{}: a lock goes there, and this is no file; move it away"
 BOOT_ID = Path("/proc/sys/kernel/random/boot_id")

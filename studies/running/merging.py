@@ -12,8 +12,7 @@ from elastica.state import is_canonical
 from studies.design.plan import Plan
 from studies.design.study import Study
 from studies.errors import StudyError
-from studies.messages import readable_time
-from studies.progress import note
+from studies.messages import note, readable_time
 from studies.running.output import refuse_unwritable
 from studies.running.runner import compute
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED, per_state

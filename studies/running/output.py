@@ -11,9 +11,10 @@ from pathlib import Path
 
 from studies.design.study import Study
 from studies.errors import StudyError
-from studies.progress import note
+from studies.messages import note
 from studies.schema import STATES_NOT_COMPUTED
-from studies.store.files import identify, opened, refuse_path, why_unlockable
+from studies.store.datasets import identify
+from studies.store.files import opened, refuse_path, why_unlockable
 from studies.store.provenance import now, texts
 from studies.store.shards import LONGEST_NAME, folder_of
 from studies.system import refuse_windows_path

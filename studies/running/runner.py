@@ -14,16 +14,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from studies.design.plan import Plan
-from studies.design.study import NUMERICS_VERSION, Study
+from studies.design.request import NUMERICS_VERSION
+from studies.design.study import Study
 from studies.errors import FailedPoints, StudyError
-from studies.messages import readable_bytes, readable_time
-from studies.progress import note, progress
+from studies.messages import note, readable_bytes, readable_time
+from studies.progress import progress
 from studies.running.dispatch import dispatch
 from studies.running.lock import sole_writer
 from studies.running.output import is_done, is_settled, refuse_unwritable, settle
 from studies.running.threads import local_workers, processors
 from studies.running.worker import NAMED, Job, compute_block, versions
-from studies.store.files import open
+from studies.store.datasets import open
 from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
 from studies.store.reuse import gaps, lend

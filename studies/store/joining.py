@@ -13,7 +13,8 @@ from elastica.codes import Stability, Status
 from elastica.control import CONTROLS
 from studies.errors import StudyError
 from studies.schema import control_of, coordinates, failure_indices, per_state, variables, word_failed
-from studies.store.files import content_hash, opened, read_labels
+from studies.store.content import content_hash
+from studies.store.files import opened, read_labels
 from studies.store.layout import chunks, define, write_failures
 from studies.store.sources import positions, read_points, read_rows, reading, shared
 from studies.store.transition_table import join_events, write_events

@@ -9,7 +9,7 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
-from studies.design.study import NUMERICS_VERSION
+from studies.design.request import NUMERICS_VERSION
 from studies.messages import readable_path
 from studies.schema import FORMAT_VERSION
 

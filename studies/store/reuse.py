@@ -12,19 +12,14 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.state import is_canonical
-from studies.design.study import NUMERICS_VERSION, Study
+from studies.design.request import NUMERICS_VERSION
+from studies.design.study import Study
 from studies.errors import StudyError
-from studies.progress import note
+from studies.messages import note
 from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, word_failed
-from studies.store.files import (
-    as_damage_error,
-    content_hash,
-    identify,
-    mark_of,
-    opened,
-    read_apart,
-    read_labels,
-)
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import as_damage_error, mark_of, opened, read_apart, read_labels
 from studies.store.sources import Source, positions, read_rows, reading, refuse_changed
 
 BAND = 10_000_000

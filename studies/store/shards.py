@@ -22,7 +22,7 @@ import netCDF4
 import numpy as np
 
 from studies.errors import StudyError
-from studies.progress import note
+from studies.messages import note
 from studies.sandbox import Lost
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 from studies.store.access import ACCESS

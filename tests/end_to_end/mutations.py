@@ -270,7 +270,7 @@ def _with_one_value_changed(values, rng):
 
 
 def _seal(path):
-    from studies.store.files import content_hash
+    from studies.store.content import content_hash
 
     digest = content_hash(path)
     with netCDF4.Dataset(path, "a") as dataset:

@@ -21,7 +21,7 @@ from studies.archive.archive import _write
 from studies.archive.catalog import Catalog
 from studies.command_line import main
 from studies.running.lock import one_at_a_time
-from studies.store.files import content_hash
+from studies.store.content import content_hash
 
 CATALOGS = Path(__file__).parents[2] / "catalogs"
 SHIPPED = CATALOGS / "clamped-and-pinned.nc"

@@ -15,11 +15,11 @@ from end_to_end.processes import ByHand, elastica
 import studies
 from studies import Study, StudyError
 from studies.command_line import main
-from studies.design.study import NUMERICS_VERSION
+from studies.design.request import NUMERICS_VERSION
 from studies.running import cluster, dispatch, runner
 from studies.running.cluster import queued_cluster, running_cluster
 from studies.running.worker import check_worker, versions
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 STRANGE = "import studies.running.worker; studies.running.worker.versions = lambda: (('numerics', '0'),); "
 

@@ -7,7 +7,7 @@ import elastica
 import studies
 from elastica import Stability, Status
 from studies import Study
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 CONTENT = {
     "study": {"name": "short"},

@@ -8,7 +8,9 @@ from compliance_checker.runner import CheckSuite, ComplianceChecker
 import elastica
 import studies
 from elastica import Stability, Status
-from studies.store.files import content_hash, identify, opened
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import opened
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ import pytest
 from end_to_end.processes import COMMAND
 
 from studies.running.runner import Policy, compute
-from studies.store.files import identify
+from studies.store.datasets import identify
 from studies.store.shards import find_shards, folder_of
 
 

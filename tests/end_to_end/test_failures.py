@@ -8,7 +8,7 @@ from end_to_end.processes import COMMAND, elastica, poisoned
 
 import studies
 from elastica import Status
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 POINT = ("clamped-pinned", 0.12, 1.8)
 REASONS = {

@@ -13,10 +13,12 @@ import studies
 from elastica import Status
 from studies import Study, StudyError
 from studies.command_line import main
-from studies.design.study import NUMERICS_VERSION
+from studies.design.request import NUMERICS_VERSION
 from studies.running import runner
 from studies.running.merging import merge
-from studies.store.files import content_hash, identify, opened
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import opened
 
 
 def part(**axes):

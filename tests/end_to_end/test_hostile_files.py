@@ -12,7 +12,8 @@ import studies
 from studies.command_line import main
 from studies.errors import StudyError
 from studies.sandbox import call
-from studies.store.files import content_hash, identify
+from studies.store.content import content_hash
+from studies.store.datasets import identify
 from studies.store.layout import write_failures
 
 

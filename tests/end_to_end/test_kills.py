@@ -15,7 +15,7 @@ from end_to_end.conftest import TOML
 from end_to_end.processes import ByHand, witnessed
 
 import studies
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 BLOCKS = 200
 TEXT = (

@@ -6,10 +6,12 @@ import pytest
 
 import studies
 from elastica.codes import Status
-from studies.design.study import NUMERICS_VERSION, Study
+from studies.design.request import NUMERICS_VERSION
+from studies.design.study import Study
 from studies.errors import StudyError
 from studies.running.merging import merge
-from studies.store.files import content_hash, opened
+from studies.store.content import content_hash
+from studies.store.files import opened
 
 
 def computed(H, path, **outputs):

@@ -11,7 +11,7 @@ from end_to_end.processes import elastica, poisoned, start
 
 from studies import StudyError
 from studies.running.lock import sole_writer
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from studies.archive.catalog import INDEX
 from studies.running.lock import one_at_a_time, sole_writer
 from studies.running.output import is_done
 from studies.running.runner import Policy, compute, join
-from studies.store.files import identify
+from studies.store.datasets import identify
 from studies.store.shards import PROBE, folder_of
 from studies.whole_files import sync, written_whole
 

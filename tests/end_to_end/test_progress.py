@@ -12,8 +12,8 @@ import pytest
 from end_to_end.conftest import TOML
 from end_to_end.processes import COMMAND
 
-from studies import progress
-from studies.store.files import identify
+from studies import messages, progress
+from studies.store.datasets import identify
 
 
 def closed():
@@ -69,7 +69,7 @@ def test_streams_that_take_nothing_stop_nothing(make, terminal, monkeypatch, cap
     stream = make()
     stream = Terminal(stream) if terminal and stream is not None else stream
     monkeypatch.setattr(sys, "stderr", stream)
-    progress.note("Grüße, 2 × 3")
+    messages.note("Grüße, 2 × 3")
     counted = 0
     with progress.progress(10) as advance:
         for points in (3, 3, 4):
@@ -86,7 +86,7 @@ def test_streams_that_take_nothing_stop_nothing(make, terminal, monkeypatch, cap
 def test_what_can_be_told_is_told(monkeypatch):
     monkeypatch.setattr(progress, "QUIET_SECONDS", 0.0)
     monkeypatch.setattr(sys, "stderr", io.StringIO())
-    progress.note("twice")
+    messages.note("twice")
     with progress.progress(10) as advance:
         advance(5)
     told = sys.stderr.getvalue().splitlines()

@@ -14,7 +14,7 @@ from studies.plot import chart
 from studies.running import runner
 from studies.running.merging import merge
 from studies.running.runner import Policy, compute, join
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 TOML = """
 [study]

@@ -9,7 +9,9 @@ import studies
 from elastica import Status
 from studies import StudyError
 from studies.running.runner import Policy, compute, is_done, join
-from studies.store.files import content_hash, identify, opened
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import opened
 from studies.store.shards import find_shards, folder_of
 
 
@@ -185,7 +187,7 @@ def test_shards_and_datasets_of_other_numerics_are_not_reused(study, dataset_fil
     plan, out = study.plan(block_points=60), tmp_path / "small.nc"
     compute(plan, out, Policy(workers=0, part=(1, 2)))
     assert len(find_shards(folder_of(out), plan.blocks, study.identity)) == 1
-    monkeypatch.setattr("studies.design.study.NUMERICS_VERSION", 999)
+    monkeypatch.setattr("studies.design.request.NUMERICS_VERSION", 999)
     assert find_shards(folder_of(out), plan.blocks, study.identity) == {}
     with pytest.raises(StudyError, match="another version of the numerics"):
         is_done(study, dataset_file)

@@ -8,7 +8,9 @@ import xarray as xr
 import elastica
 import studies
 from studies import Study, StudyError
-from studies.store.files import content_hash, identify, opened
+from studies.store.content import content_hash
+from studies.store.datasets import identify
+from studies.store.files import opened
 
 ENGINES = ["netcdf4", "h5netcdf"]
 

@@ -10,7 +10,7 @@ import studies
 from elastica import Status
 from studies import Study
 from studies.running import evaluate
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 CONTENT = {
     "study": {"name": "roots"},

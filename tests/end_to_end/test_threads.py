@@ -15,7 +15,7 @@ from studies.store.access import ACCESS
 READERS = """
 import gc, sys, threading
 import studies, xarray
-from studies.store.files import content_hash
+from studies.store.content import content_hash
 path, foreign = sys.argv[1:]
 whole = studies.open(path).load()
 problems = []

@@ -15,7 +15,8 @@ from studies import Study, StudyError
 from studies.design.block import Gaps
 from studies.running import runner
 from studies.running.merging import merge
-from studies.store.files import identify, opened
+from studies.store.datasets import identify
+from studies.store.files import opened
 
 CONTENT = {
     "study": {"name": "events", "title": "Events", "license": "CC-BY-4.0"},

@@ -11,7 +11,7 @@ from studies.command_line import main
 from studies.running.output import is_done
 from studies.running.runner import Policy, compute
 from studies.store import provenance
-from studies.store.files import identify
+from studies.store.datasets import identify
 from studies.store.shards import find_shards, folder_of
 
 CONTENT = {

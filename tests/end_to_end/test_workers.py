@@ -14,7 +14,7 @@ from end_to_end.processes import poisoned, start
 
 import studies
 from studies.running import threads
-from studies.store.files import identify
+from studies.store.datasets import identify
 
 STUDY = TOML.replace("num = 12", "num = 4").replace("eigenvalues = 3\nshapes = 11", "")
 HANG = ("clamped-pinned", 0.2, 4.6)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from studies.design.axes import Refine
 from studies.design.refinement import UNKNOWN, first_points, next_points
-from studies.design.tables import Refine
 
 SHAPE = 65, 129
 

@@ -8,7 +8,7 @@ import pytest
 
 from studies import Study, StudyError
 from studies.design.refinement import first_points
-from studies.design.tables import canonical
+from studies.schema import canonical
 from studies.store.reuse import Known
 
 GOOD = {
