@@ -1,4 +1,4 @@
-"""How datasets enter a catalogue, and whether they are still what they were.
+"""How datasets enter a catalog, and whether they are still what they were.
 
 Not here: repairing. A dataset that is gone or changed is reported; its entry stays as it is.
 """
@@ -17,7 +17,7 @@ from studies.messages import note
 from studies.running.lock import one_at_a_time
 from studies.store.datasets import identify
 from studies.store.provenance import now
-from studies.store.reuse import read_finished, state_labels
+from studies.store.reuse import read_finished
 from studies.store.sources import refuse_changed
 from studies.whole_files import temporary_name, written_whole
 
@@ -26,9 +26,9 @@ PATIENCE = 60.0
 
 
 def add(folder: str | Path, file: str | Path) -> str:
-    """Move a dataset into a catalogue.
+    """Move a dataset into a catalog.
 
-    It has its name in the catalogue, and its entry in the index, before it loses its own: however this
+    It has its name in the catalog, and its entry in the index, before it loses its own: however this
     ends, a good file is there. What loses its name is the file that was read, and not one that took its
     place meanwhile. A file that lies in the folder already gets its entry.
 
@@ -39,7 +39,7 @@ def add(folder: str | Path, file: str | Path) -> str:
     Returns
     -------
     str
-        Its name in the catalogue.
+        Its name in the catalog.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def _state(status):
 
 
 def _take_away(file, target, before):
-    """Remove the name of a file that is in the catalogue, unless another file has got it."""
+    """Remove the name of a file that is in the catalog, unless another file has got it."""
     aside = temporary_name(file)
     try:
         os.rename(file, aside)
@@ -106,7 +106,6 @@ def describe(file: Path) -> Entry:
         raise StudyError(f"{file}: this is a link; give the file itself, {file.resolve()}")
     dataset = read_finished(file)
     study, attributes = dataset.study, dataset.attributes
-    states = state_labels(dataset.source)
     found = {"sha256": _sha256(file), "bytes": file.stat().st_size}
     # Both must be of the file whose content was proved.
     refuse_changed(dataset.source)
@@ -121,7 +120,7 @@ def describe(file: Path) -> Entry:
         date_created=str(attributes.get("date_created", "unknown"))[:LONGEST_TEXT],
         date_added=now(),
         ends=dataset.source.ends,
-        states=tuple(states),
+        states=dataset.states,
         H=_extent(dataset.source.H),
         **{study.grid.control: _extent(dataset.source.given)},
         solve=study.solve.arguments,
@@ -158,7 +157,7 @@ def _name(catalog, file, entry):
 
 
 def _place(file, target, entry):
-    """Give a dataset its name in the catalogue as well: a second name, or a copy on another file system."""
+    """Give a dataset its name in the catalog as well: a second name, or a copy on another file system."""
     with written_whole(target, replaces=False) as temporary:
         temporary.unlink()
         try:
@@ -175,7 +174,7 @@ def _write(catalog):
 
 
 def verify(catalog: Catalog, sample: int) -> Iterator[tuple[str, str, list[str]]]:
-    """Check every dataset of a catalogue.
+    """Check every dataset of a catalog.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
-"""The index of a catalogue: what its archived datasets hold, found without opening one of them.
+"""The index of a catalog: what its archived datasets hold, found without opening one of them.
 
-A catalogue is a folder with `index.json` and the datasets that it names. Not here: how a dataset gets in and
+A catalog is a folder with `index.json` and the datasets that it names. Not here: how a dataset gets in and
 is verified (`archive`).
 """
 
@@ -150,8 +150,8 @@ def _whole(text):
     return int(text) if len(text) <= MOST_DIGITS else math.inf
 
 
-class _Table(dict):
-    """A table of the index, and which of its keys are there twice."""
+class _Object(dict):
+    """An object of JSON, and which of its keys are there twice."""
 
     def __init__(self, pairs):
         super().__init__(pairs)
@@ -159,8 +159,8 @@ class _Table(dict):
         self.twice = {key for key in keys if keys.count(key) > 1} if len(self) < len(keys) else set()
 
     def anywhere_twice(self):
-        """Such keys here and in the tables below."""
-        below = (value.anywhere_twice() for value in self.values() if isinstance(value, _Table))
+        """Such keys here and in the objects below."""
+        below = (value.anywhere_twice() for value in self.values() if isinstance(value, _Object))
         return self.twice.union(*below)
 
 
@@ -183,7 +183,7 @@ class Catalog:
 
     @classmethod
     def read(cls, folder: str | Path) -> "Catalog":
-        """Read the index of a folder; a folder without one is an empty catalogue.
+        """Read the index of a folder; a folder without one is an empty catalog.
 
         Parameters
         ----------
@@ -210,13 +210,13 @@ class Catalog:
             raise _damaged(path, "it is no file")
         try:
             text = path.read_text(encoding="utf-8")
-            index = json.loads(text, object_pairs_hook=_Table, parse_int=_whole)
+            index = json.loads(text, object_pairs_hook=_Object, parse_int=_whole)
         except FileNotFoundError:
             return cls(folder, {})
         except (ValueError, RecursionError) as problem:
             raise _damaged(path, problem) from None
-        found = index.get("entries") if isinstance(index, _Table) else None
-        if not isinstance(found, _Table) or index.twice:
+        found = index.get("entries") if isinstance(index, _Object) else None
+        if not isinstance(found, _Object) or index.twice:
             raise _damaged(path, "it has no table of entries, or two")
         version = index.get("format_version")
         if not isinstance(version, (int, float)) or isinstance(version, bool) or version < 1:
@@ -314,7 +314,7 @@ def _entry(name, content, is_twice):
     where = f"entries.{named(name)}"
     if not is_name(name):
         raise StudyError(f"{where}: {shown(name)} is no name of a file in the folder of the index{remedy}")
-    if is_twice or (isinstance(content, _Table) and content.anywhere_twice()):
+    if is_twice or (isinstance(content, _Object) and content.anywhere_twice()):
         raise StudyError(f"{where} is there twice, or a key of it{remedy}")
     try:
         return Entry.model_validate(content)

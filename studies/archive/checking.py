@@ -17,25 +17,17 @@ from studies.design.refinement import UNKNOWN, first_points, next_points
 from studies.design.request import NUMERICS_VERSION
 from studies.design.study import Study
 from studies.design.tables import Outputs
-from studies.errors import StudyError
 from studies.messages import cut
 from studies.schema import (
-    COORDINATES,
     STATES_NOT_COMPUTED,
-    TRANSITIONS,
     control_of,
-    coordinates,
-    failure_indices,
-    variables,
     word_failed,
 )
-from studies.store.content import content_hash
+from studies.store.content import content_hash, read_content
 from studies.store.datasets import identify
-from studies.store.files import as_damage_error, opened, read_apart, read_labels, refuse_more_than_memory
+from studies.store.files import as_damage_error, read_apart
 from studies.store.joining import summarise
 from studies.store.sources import Source, StableStates
-from studies.store.structure import is_type
-from studies.store.transition_table import read_events
 
 SAMPLE = 200
 """Grid points to solve again; all of them would take as long as the study."""
@@ -84,31 +76,13 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tu
         if read_apart(content_hash, path) != attributes.get("content_hash"):
             problems.append("the values are not those that were written (content_hash differs)")
     study = _study(path, attributes, problems)
-    with opened(path) as dataset:
-        control = control_of(dataset.dimensions)
-        axes = ("ends", "H", control, "state")
-        shapes = {name: variable.shape for name, variable in dataset.variables.items()}
-        labels = {name: read_labels(dataset.variables[name], path) for name in axes}
-        outputs = Outputs() if study is None else study.outputs
-        whole = coordinates(labels["ends"], labels["H"], control, labels[control], labels["state"], outputs)
-        expected = variables(whole, outputs)
-        missing = [
-            name
-            for name, variable in expected.items()
-            if shapes.get(name) != tuple(whole[dim].size for dim in variable.dims)
-        ]
-        if missing:
-            raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
-        refuse_more_than_memory(path, [dataset.variables[name] for name in expected])
-        values = {name: dataset.variables[name][:] for name in expected}
-        table = _table(dataset, path)
-        problems += _conventions(dataset, expected | table)
-        failures = _failure_rows(dataset, control)
-    events, without_events = read_events(path)
+    held = read_content(path, Outputs() if study is None else study.outputs)
+    labels, values = held.labels, held.values
+    problems += held.problems
     if (version := attributes.get("numerics_version")) not in range(1, NUMERICS_VERSION + 1):
         problems.append(f"numerics_version is {cut(version)}; this release knows 1 to {NUMERICS_VERSION}")
-    problems += _verdicts(values) + _ranges(values, labels, study) + _counts(values, control)
-    problems += _excuses(values, labels, failures, attributes, study)
+    problems += _verdicts(values) + _ranges(values, labels, study) + _counts(values, control_of(labels))
+    problems += _excuses(values, labels, held.failures, attributes, study)
     points, transitions = Repeated(0, 0, {}, []), Repeated(0, 0, {}, [])
     if study is not None:
         foreign = _agreement(study, labels, attributes)
@@ -116,13 +90,13 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tu
             older = not _of_this_version(attributes)
             unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
             points = repeat_points(study, labels, values, sample, seed, older, unsearched)
-            transitions = repeat_events(study, labels, events, without_events, sample, seed)
+            transitions = repeat_events(study, labels, held.events, held.without_events, sample, seed)
         problems += foreign + points.problems + transitions.problems
         if study.grid.refine and not foreign:
             problems += _refinement(path, study, labels)
         if sample and not points.compared and not problems:
             problems.append("no value could be compared with one that was solved again: nothing is proved")
-    report = _describe(path, attributes, labels, values, events)
+    report = _describe(path, attributes, labels, values, held.events)
     report.append(f"  seed        {seed}")
     report += _told(points, transitions, attributes)
     if not problems:
@@ -130,17 +104,6 @@ def check(path: str | Path, sample: int = SAMPLE, seed: int | None = None) -> tu
         good = "good" if everything else "good as far as it is computed"
         report.append(f"  {good}" if points.compared else "  whole, but nothing was solved again")
     return report, problems
-
-
-def _table(dataset, path):
-    """Columns of the transition table, if there is one."""
-    if "transition" not in dataset.dimensions:
-        return {}
-    for name, variable in TRANSITIONS.items():
-        found = dataset.variables.get(name)
-        if found is None or found.dimensions[:1] != variable.dims or not is_type(found, variable.dtype):
-            raise StudyError(f"{path}: {name} missing or without its dimensions; damaged")
-    return TRANSITIONS
 
 
 def _of_this_version(attributes):
@@ -207,24 +170,6 @@ def _study(path, attributes, problems):
     return study
 
 
-def _conventions(dataset, expected):
-    """Attributes that give numbers their meaning, where they are not those of the format."""
-    problems = []
-    coordinates = {dim: COORDINATES[dim] for dim in dataset.dimensions if dim in dataset.variables}
-    attributes = {name: variable.attributes for name, variable in expected.items()} | coordinates
-    for name, wanted in attributes.items():
-        variable = dataset.variables[name]
-        if getattr(variable, "units", None) != wanted.get("units"):
-            problems.append(f"{name} has not the units of this format")
-        # Which code has which name is part of the structure, without which no dataset is opened.
-        described = getattr(variable, "flag_values", ())
-        if "flag_values" in wanted and (unknown := np.setdiff1d(variable[:], described)).size:
-            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
-    if "CF-" not in str(getattr(dataset, "Conventions", "")):
-        problems.append("the attribute Conventions does not name CF")
-    return problems
-
-
 def _verdicts(values):
     """Verdicts where there is no state, and states without one."""
     solved = values["status"] == Status.SOLVED
@@ -233,13 +178,6 @@ def _verdicts(values):
         for name in ("stability", "index", "nullity")
         if ((values[name] >= 0) != solved).any()
     ]
-
-
-def _failure_rows(dataset, control):
-    """Positions in the table of failures, shape (rows, 4)."""
-    if "failure" not in dataset.dimensions:
-        return np.zeros((0, 4), int)
-    return np.stack([dataset.variables[name][:] for name in failure_indices(control)], axis=-1)
 
 
 def _excuses(values, labels, failures, attributes, study):

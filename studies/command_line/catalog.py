@@ -17,7 +17,7 @@ FOLDER = click.option(
     default="catalogs",
     show_default=True,
     show_envvar=True,
-    help="Folder of the catalogue.",
+    help="Folder of the catalog.",
 )
 
 
@@ -30,7 +30,7 @@ def catalog():
 @FOLDER
 @JSON
 def list_all(folder, as_json):
-    """List what is in the catalogue."""
+    """List what is in the catalog."""
     from studies.archive.catalog import Catalog
 
     _show(Catalog.read(folder), as_json)
@@ -88,7 +88,7 @@ def _name_bad(catalog):
 @FILE
 @FOLDER
 def add(file, folder):
-    """Move a dataset into the catalogue."""
+    """Move a dataset into the catalog."""
     from studies.archive.archive import add as add_file
 
     say(f"{folder / add_file(folder, file)}")

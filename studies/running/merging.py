@@ -5,9 +5,6 @@ Not here: what they hold (`reuse`), the copying (`joining`).
 
 from dataclasses import replace
 
-import numpy as np
-
-from elastica.codes import Status
 from elastica.state import is_canonical
 from studies.design.plan import Plan
 from studies.design.study import Study
@@ -15,15 +12,10 @@ from studies.errors import StudyError
 from studies.messages import note, readable_time
 from studies.running.output import refuse_unwritable
 from studies.running.runner import compute
-from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED, per_state
+from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
-from studies.store.reuse import gaps, known_from, read_finished, refuse_unlike, state_labels
-from studies.store.sources import positions, reading
-
-AGREE = 1e-9
-"""Values of the same point from different processors differ by less."""
-NAMED = 5
+from studies.store.reuse import gaps, known_from, read_finished, refuse_conflicts, refuse_unlike
 
 
 def merge(paths, out, fill=False):
@@ -60,7 +52,7 @@ def merge(paths, out, fill=False):
     study = _united(files)
     for number, file in enumerate(files):
         for other in files[:number]:
-            _refuse_conflicts(other, file)
+            refuse_conflicts(other, file)
     merged_from = ", ".join(file.attributes["study_id"] for file in files)
     known = known_from(files, study.grid, numerics | {"merged_from": merged_from})
     if missing := int((~known.held).sum()):
@@ -106,7 +98,7 @@ def _tables(files, study, names):
         return []
     grid, held = study.grid, set()
     for file in files:
-        labels = set(state_labels(file.source))
+        labels = set(file.states)
         ends = {name: [label for label in names if is_canonical(label, name)] for name in file.source.ends}
         whole = (
             file.study.outputs.transitions
@@ -135,7 +127,7 @@ def _united(files):
     if all(study.task.every_root for study in studies):
         content["states"] = {"max_contacts": max(study.states.max_contacts for study in studies)}
     else:
-        labels = [name for file in files for name in state_labels(file.source)]
+        labels = [name for file in files for name in file.states]
         content["states"] = {"names": list(dict.fromkeys(labels))}
     outputs = [study.outputs.model_dump(exclude_none=True) for study in studies]
     if len({some["shapes"] for some in outputs} - {0}) > 1:
@@ -146,44 +138,3 @@ def _united(files):
         name: max(some.get(name, False) for some in outputs) for name in set().union(*outputs)
     }
     return Study.from_dict(content)
-
-
-def _refuse_conflicts(a, b):
-    """Refuse two datasets that say different things of the same state at the same point."""
-    control = a.study.grid.control
-    rows, columns = positions(a.source.H, b.source.H), positions(a.source.given, b.source.given)
-    if not (rows[0].size and columns[0].size):
-        return
-    states = [state_labels(file.source) for file in (a, b)]
-    common = np.intersect1d(*states, assume_unique=True, return_indices=True)[1:]
-    found = []
-    for ends in set(a.source.ends) & set(b.source.ends):
-        for row_a, row_b in zip(*rows, strict=True):
-            with reading(a.source) as one, reading(b.source) as two:
-                names = [name for name in per_state(one.dimensions, a.study.outputs) if name in two.variables]
-                values = {
-                    name: [
-                        file.variables[name][side.source.ends.index(ends), row][which_columns][:, which]
-                        for file, side, row, which_columns, which in zip(
-                            (one, two), (a, b), (row_a, row_b), columns, common, strict=True
-                        )
-                    ]
-                    for name in names
-                }
-            known = np.all([status != Status.NOT_COMPUTED for status in values["status"]], axis=0)
-            for name, (left, right) in values.items():
-                for column, state in np.argwhere(_differ(left, right) & known):
-                    H, given = a.source.H[row_a], a.source.given[columns[0][column]]
-                    label = states[0][common[0][state]]
-                    found.append(f"{name} of {label} at {ends} H={H:g} {control}={given:g}")
-    if found:
-        named = ", ".join(found[:NAMED]) + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "")
-        raise StudyError(f"{b.source.path}: this differs from {a.source.path} in {named}")
-
-
-def _differ(left, right):
-    """Where two arrays (points, states, …) differ by more than rounding, shape (points, states)."""
-    size = tuple(slice(min(sizes)) for sizes in zip(left.shape, right.shape, strict=True))
-    left, right = left[size], right[size]
-    same = np.isclose(left, right, rtol=AGREE, atol=AGREE, equal_nan=True)
-    return ~same.all(axis=tuple(range(2, left.ndim)))

@@ -1,15 +1,129 @@
-"""The hash of what a file holds, whoever wrote it and however it is stored.
+"""What a dataset holds: all of it in memory, and the hash over it.
 
-Not here: how files are opened (`files`), whether they are datasets (`structure`).
+Not here: how files are opened (`files`), the points that some hold (`sources`), whether they are right
+(`checking`).
 """
 
 import hashlib
+from typing import NamedTuple
 
 import numpy as np
 
-from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED
-from studies.store.files import opened
-from studies.store.structure import MEANING
+from studies.errors import StudyError
+from studies.schema import (
+    COORDINATES,
+    STATES_NOT_COMPUTED,
+    TRANSITIONS,
+    TRANSITIONS_FAILED,
+    control_of,
+    coordinates,
+    failure_indices,
+    variables,
+)
+from studies.store.files import opened, read_labels, refuse_more_than_memory
+from studies.store.structure import MEANING, is_type
+from studies.store.transition_table import read_events
+
+
+class Content(NamedTuple):
+    """What a dataset holds.
+
+    Attributes
+    ----------
+    labels : dict of str to ndarray
+        Of ends, H, what is prescribed, and the states.
+    values : dict of str to ndarray
+        By variable.
+    failures : ndarray of int, shape (rows, 4)
+        Positions in the table of failures.
+    events : list of studies.store.transition_table.Row
+    without_events : str
+        Where it says that transitions could not be found.
+    problems : list of str
+        Where attributes do not give numbers the meaning that they have in this format.
+    """
+
+    labels: dict
+    values: dict
+    failures: np.ndarray
+    events: list
+    without_events: str
+    problems: list
+
+
+def read_content(path, outputs):
+    """Read all that a dataset holds.
+
+    Parameters
+    ----------
+    path : str or Path
+    outputs : Outputs
+        Of its study.
+
+    Returns
+    -------
+    Content
+
+    Raises
+    ------
+    StudyError
+        If variables are missing or have not the shape of their labels, or do not fit into memory.
+    """
+    with opened(path) as dataset:
+        control = control_of(dataset.dimensions)
+        axes = ("ends", "H", control, "state")
+        shapes = {name: variable.shape for name, variable in dataset.variables.items()}
+        labels = {name: read_labels(dataset.variables[name], path) for name in axes}
+        whole = coordinates(labels["ends"], labels["H"], control, labels[control], labels["state"], outputs)
+        expected = variables(whole, outputs)
+        missing = [
+            name
+            for name, variable in expected.items()
+            if shapes.get(name) != tuple(whole[dim].size for dim in variable.dims)
+        ]
+        if missing:
+            raise StudyError(f"{path}: {', '.join(missing)} missing or of another shape; damaged")
+        refuse_more_than_memory(path, [dataset.variables[name] for name in expected])
+        values = {name: dataset.variables[name][:] for name in expected}
+        problems = _conventions(dataset, expected | _table(dataset, path))
+        failures = _failure_rows(dataset, control)
+    return Content(labels, values, failures, *read_events(path), problems)
+
+
+def _table(dataset, path):
+    """Columns of the transition table, if there is one."""
+    if "transition" not in dataset.dimensions:
+        return {}
+    for name, variable in TRANSITIONS.items():
+        found = dataset.variables.get(name)
+        if found is None or found.dimensions[:1] != variable.dims or not is_type(found, variable.dtype):
+            raise StudyError(f"{path}: {name} missing or without its dimensions; damaged")
+    return TRANSITIONS
+
+
+def _conventions(dataset, expected):
+    """Attributes that give numbers their meaning, where they are not those of the format."""
+    problems = []
+    coordinates = {dim: COORDINATES[dim] for dim in dataset.dimensions if dim in dataset.variables}
+    attributes = {name: variable.attributes for name, variable in expected.items()} | coordinates
+    for name, wanted in attributes.items():
+        variable = dataset.variables[name]
+        if getattr(variable, "units", None) != wanted.get("units"):
+            problems.append(f"{name} has not the units of this format")
+        # Which code has which name is part of the structure, without which no dataset is opened.
+        described = getattr(variable, "flag_values", ())
+        if "flag_values" in wanted and (unknown := np.setdiff1d(variable[:], described)).size:
+            problems.append(f"{name} has codes without a meaning: {unknown.tolist()}")
+    if "CF-" not in str(getattr(dataset, "Conventions", "")):
+        problems.append("the attribute Conventions does not name CF")
+    return problems
+
+
+def _failure_rows(dataset, control):
+    """Positions in the table of failures, shape (rows, 4)."""
+    if "failure" not in dataset.dimensions:
+        return np.zeros((0, 4), int)
+    return np.stack([dataset.variables[name][:] for name in failure_indices(control)], axis=-1)
 
 
 def content_hash(path):

@@ -26,7 +26,7 @@ def decisive_versions():
 
 
 def now():
-    """The time in UTC, as attributes and the index of a catalogue have it."""
+    """The time in UTC, as attributes and the index of a catalog have it."""
     return datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 

@@ -16,21 +16,25 @@ from studies.design.request import NUMERICS_VERSION
 from studies.design.study import Study
 from studies.errors import StudyError
 from studies.messages import note
-from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, word_failed
+from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, per_state, word_failed
 from studies.store.content import content_hash
 from studies.store.datasets import identify
 from studies.store.files import as_damage_error, mark_of, opened, read_apart, read_labels
 from studies.store.sources import Source, positions, read_rows, reading, refuse_changed
 
+AGREE = 1e-9
+"""Values of the same point from different processors differ by less."""
+NAMED = 5
 BAND = 10_000_000
 """States whose gaps are looked for at a time."""
 
 
 class Finished(NamedTuple):
-    """A dataset whose content is what was written: its study and what it holds."""
+    """A dataset whose content is what was written: its study, its points, the states it has, and the rest."""
 
     study: Study
     source: Source
+    states: tuple[str, ...]
     attributes: dict
 
 
@@ -59,7 +63,7 @@ def read_finished(path):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
     source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False, mark=mark)
     refuse_changed(source)
-    return Finished(study, source, attributes)
+    return Finished(study, source, states, attributes)
 
 
 class Known(NamedTuple):
@@ -188,10 +192,44 @@ def refuse_unlike(study, version, file):
         raise StudyError(f"{path}: {', '.join(unlike)}; only results of the same numerics join")
 
 
-def state_labels(source):
-    """Names of the states of a dataset."""
-    with reading(source) as file:
-        return [str(name) for name in read_labels(file.variables["state"], source.path)]
+def refuse_conflicts(a, b):
+    """Refuse two datasets that say different things of the same state at the same point."""
+    control = a.study.grid.control
+    rows, columns = positions(a.source.H, b.source.H), positions(a.source.given, b.source.given)
+    if not (rows[0].size and columns[0].size):
+        return
+    common = np.intersect1d(a.states, b.states, assume_unique=True, return_indices=True)[1:]
+    found = []
+    for ends in set(a.source.ends) & set(b.source.ends):
+        for row_a, row_b in zip(*rows, strict=True):
+            with reading(a.source) as one, reading(b.source) as two:
+                names = [name for name in per_state(one.dimensions, a.study.outputs) if name in two.variables]
+                values = {
+                    name: [
+                        file.variables[name][side.source.ends.index(ends), row][which_columns][:, which]
+                        for file, side, row, which_columns, which in zip(
+                            (one, two), (a, b), (row_a, row_b), columns, common, strict=True
+                        )
+                    ]
+                    for name in names
+                }
+            known = np.all([status != Status.NOT_COMPUTED for status in values["status"]], axis=0)
+            for name, (left, right) in values.items():
+                for column, state in np.argwhere(_differ(left, right) & known):
+                    H, given = a.source.H[row_a], a.source.given[columns[0][column]]
+                    label = a.states[common[0][state]]
+                    found.append(f"{name} of {label} at {ends} H={H:g} {control}={given:g}")
+    if found:
+        named = ", ".join(found[:NAMED]) + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "")
+        raise StudyError(f"{b.source.path}: this differs from {a.source.path} in {named}")
+
+
+def _differ(left, right):
+    """Where two arrays (points, states, …) differ by more than rounding, shape (points, states)."""
+    size = tuple(slice(min(sizes)) for sizes in zip(left.shape, right.shape, strict=True))
+    left, right = left[size], right[size]
+    same = np.isclose(left, right, rtol=AGREE, atol=AGREE, equal_nan=True)
+    return ~same.all(axis=tuple(range(2, left.ndim)))
 
 
 def _held(grid, sources):

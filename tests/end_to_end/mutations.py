@@ -152,7 +152,7 @@ def damaged_dataset(content, rng):
 
 
 def mutated_index(text, rng):
-    """The index of a catalogue with characters, keys or values changed."""
+    """The index of a catalog with characters, keys or values changed."""
     for _ in range(int(rng.geometric(0.7))):
         if rng.random() < 0.3:
             text = _changed_text(text, rng)

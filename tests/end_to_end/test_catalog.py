@@ -34,7 +34,7 @@ def catalog(command, *arguments, folder=None):
 
 @pytest.fixture
 def archived(tmp_path, dataset_file):
-    """A catalogue with the small study, and its file."""
+    """A catalog with the small study, and its file."""
     folder = tmp_path / "archive"
     folder.mkdir()
     shutil.copy(dataset_file, tmp_path / "small.nc")

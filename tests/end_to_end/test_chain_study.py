@@ -40,7 +40,7 @@ def test_a_chain_and_the_strip_can_be_subtracted(tmp_path):
         assert 1e-12 < difference.max() < 2e-3, name
 
 
-def test_every_root_of_a_catalogue(tmp_path):
+def test_every_root_of_a_search(tmp_path):
     grid = {"ends": ["clamped-clamped"], "H": [0.1], "P": [3.0, 6.0]}
     states = {"max_contacts": 2}
     exact = studies.run(study({}, states, grid), out=tmp_path / "exact.nc", workers=0)

@@ -26,9 +26,9 @@ def first_chart(tmp_path_factory):
 
 
 def test_every_shipped_study_is_valid():
-    catalogue = sorted((ROOT / "catalogs").glob("*.toml"))
-    assert catalogue
-    for path in catalogue:
+    catalog = sorted((ROOT / "catalogs").glob("*.toml"))
+    assert catalog
+    for path in catalog:
         assert studies.Study.from_toml(path).name == path.stem
 
 

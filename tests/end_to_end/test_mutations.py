@@ -13,7 +13,7 @@ from end_to_end.processes import elastica
 from studies import Study
 from studies.command_line import main
 
-CATALOGUES = sorted((Path(__file__).parents[2] / "catalogs").glob("*.toml"))
+CATALOGS = sorted((Path(__file__).parents[2] / "catalogs").glob("*.toml"))
 TINY = CONTENT | {
     "grid": {"ends": ["clamped-clamped", "clamped-pinned"], "H": [0.05, 0.1, 0.2], "P": [0.5, 1.5, 2.5, 6.0]},
     "outputs": {"eigenvalues": 1, "shapes": 3},
@@ -38,7 +38,7 @@ def is_one_sentence(words, path):
 def test_mutated_study_files_give_a_plan_or_one_sentence(tmp_path, rng, full, monkeypatch, record_property):
     monkeypatch.chdir(tmp_path)
     path = tmp_path / "small.toml"
-    sources = [TOML, *(catalogue.read_text() for catalogue in CATALOGUES)]
+    sources = [TOML, *(catalog.read_text() for catalog in CATALOGS)]
     found, slowest, processes = Counter(), 0.0, 20 if full else 2
     for trial in range(10_000 if full else 200):
         text = mutated_study(sources[trial % len(sources)], rng)
@@ -63,7 +63,7 @@ def test_mutated_study_files_give_a_plan_or_one_sentence(tmp_path, rng, full, mo
 
 
 def test_mutated_indexes_give_an_answer_or_sentences(tmp_path, rng, full, record_property):
-    good = (CATALOGUES[0].parent / "index.json").read_text()
+    good = (CATALOGS[0].parent / "index.json").read_text()
     entry = json.loads(good)["entries"]["clamped-and-pinned.nc"]
     index = json.loads(good) | {"entries": {f"{name}.nc": entry for name in "abc"}}
     found = Counter()

@@ -203,7 +203,7 @@ def test_a_study_file_whose_name_is_not_utf8_is_computed_and_its_command_is_kept
     assert r"st\xfcdy.toml" in identify(tmp_path / "tiny.nc")["command"]
 
 
-def test_a_file_that_is_replaced_while_it_enters_a_catalogue_is_refused(out, monkeypatch):
+def test_a_file_that_is_replaced_while_it_enters_a_catalog_is_refused(out, monkeypatch):
     from studies.archive import archive
 
     studies.run(STUDY, out, workers=0).close()
