@@ -75,7 +75,7 @@ def run(
     from studies.running.cluster import queued_cluster, running_cluster
     from studies.running.output import is_settled
     from studies.running.runner import Policy, compute
-    from studies.store.reuse import lend
+    from studies.store.reuse import borrow
     from studies.store.shards import folder_of
 
     study = Study.from_toml(study)
@@ -98,8 +98,8 @@ def run(
         if cluster:
             connect = partial(queued_cluster, cluster, workers, folder_of(output))
         policy = Policy(workers, connect, shard, on_error == "raise", max_failures, time_limit, force_unlock)
-        known = lend(reuse, study) if reuse else None
-        failed = compute(Plan.of(study, known=known), output, policy)
+        borrowed = borrow(reuse, study) if reuse else None
+        failed = compute(Plan.of(study, reuse=borrowed), output, policy)
     except (KeyboardInterrupt, SystemExit):
         note(
             f"stopped; what is computed is kept in {folder_of(output)} and the same command "
@@ -142,12 +142,12 @@ def reduce(ctx, study, output, reuse, force_unlock):
     from studies.design.plan import Plan
     from studies.design.study import Study
     from studies.running.runner import is_done, join
-    from studies.store.reuse import lend
+    from studies.store.reuse import borrow
 
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
     if not is_done(study, output):
-        join(Plan.of(study, known=lend(reuse, study) if reuse else None), output, force_unlock)
+        join(Plan.of(study, reuse=borrow(reuse, study) if reuse else None), output, force_unlock)
     _summarise(ctx, output)
 
 

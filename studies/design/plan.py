@@ -57,7 +57,7 @@ class Plan:
         Expected work on one core.
     longest : float
         That of the longest block.
-    known : Known or None
+    reuse : Reusable or None
         What finished datasets hold; these points are in no block.
     block_points : int or None
         Grid points of a block, if they are prescribed.
@@ -71,13 +71,11 @@ class Plan:
     bytes: int
     seconds: float
     longest: float
-    known: Any = None
+    reuse: Any = None
     block_points: int | None = None
 
     @classmethod
-    def of(
-        cls, study: Request, block_points: int | None = None, known: Any = None, rest: Any = None
-    ) -> "Plan":
+    def of(cls, study: Request, block_points: int | None = None, reuse: Any = None) -> "Plan":
         """Plan a study.
 
         Parameters
@@ -85,53 +83,66 @@ class Plan:
         study : Request
         block_points : int, optional
             Grid points of a block.
-        known : Known, optional
+        reuse : Reusable, optional
             What finished datasets hold; these points are in no block.
-        rest : (tuple of str, ndarray of bool), optional
-            Some of the states and the points, shape (ends, H, given), where nothing else is to be computed.
 
         Raises
         ------
         StudyError
             If there are more blocks than a run can keep account of.
         """
-        grid, task = study.grid, study.task
-        if rest is not None:
-            task = task._replace(names=rest[0])
-        H, given = len(grid.H), len(grid.given)
+        grid = study.grid
+
+        def cut(number, size):
+            # Of a study that is computed whole no point is looked at: a plan costs what its blocks do.
+            wanted = None if reuse is None else ~reuse.held[number]
+            if grid.refine is None:
+                return _rectangular(grid, number, wanted, size)
+            return _scattered(grid, number, _first_places(grid, wanted), size)
+
+        return cls._of_points(study, study.task, cut, block_points, reuse)
+
+    @classmethod
+    def of_rest(
+        cls, study: Request, names: tuple[str, ...], points: np.ndarray, block_points: int | None = None
+    ) -> "Plan":
+        """Plan some of the states of a study at some points, bool, shape (ends, H, given)."""
+        grid = study.grid
+
+        def cut(number, size):
+            if grid.refine is None:
+                return _rectangular(grid, number, points[number], size)
+            return _scattered(grid, number, np.nonzero(points[number]), size)
+
+        return cls._of_points(study, study.task._replace(names=names), cut, block_points)
+
+    @classmethod
+    def _of_points(cls, study, task, cut, block_points, reuse=None):
+        grid = study.grid
         costs = {ends: costs_of(task, ends, grid.control) for ends in grid.ends}
         per_point = bytes_of(study, task, points=1)
         blocks: list[Block] = []
         for number, ends in enumerate(grid.ends):
             size = block_points or _block_points(costs[ends], task, grid, per_point)
-            # Of a study that is computed whole no point is looked at: a plan costs what its blocks do.
-            wanted = None if known is None else ~known.held[number]
-            if rest is not None:
-                wanted = rest[1][number]
-            if grid.refine is None:
-                cut = _rectangular(grid, number, wanted, size)
-            elif rest is not None:
-                cut = _scattered(grid, number, np.nonzero(rest[1][number]), size)
-            else:
-                cut = _scattered(grid, number, _first_places(grid, wanted), size)
-            blocks += islice(cut, MOST_BLOCKS + 1 - len(blocks))
+            blocks += islice(cut(number, size), MOST_BLOCKS + 1 - len(blocks))
             if len(blocks) > MOST_BLOCKS:
                 raise StudyError(
                     f"study {study.name}: more than {MOST_BLOCKS:,} blocks are too many; use a smaller grid, "
                     "fewer outputs, or divide it into several studies"
                 )
-        points = len(grid.ends) * H * given
+        at_ends = len(grid.H) * len(grid.given)
+        points = len(grid.ends) * at_ends
         seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
             study=study,
             task=task,
             blocks=tuple(blocks),
             points=points,
-            states=H * given * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
+            states=at_ends * sum(is_canonical(name, ends) for name in task.names for ends in grid.ends),
             bytes=bytes_of(study, task, points),
             seconds=sum(seconds),
             longest=max(seconds, default=0.0),
-            known=known,
+            reuse=reuse,
             block_points=block_points,
         )
 
@@ -176,7 +187,7 @@ class Plan:
         """
         study = self.study
         wanted = np.array([next_points(plane, study.grid.refine) for plane in codes])
-        return Plan.of(study, self.block_points, self.known, rest=(self.task.names, wanted))
+        return Plan.of_rest(study, self.task.names, wanted, self.block_points)
 
     @property
     def identity(self) -> dict[str, str]:

@@ -15,7 +15,7 @@ from studies.running.runner import compute
 from studies.schema import STATES_NOT_COMPUTED, TRANSITIONS_FAILED
 from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
-from studies.store.reuse import gaps, known_from, read_finished, refuse_conflicts, refuse_unlike
+from studies.store.reuse import missing, read_finished, refuse_conflicts, refuse_unlike, reusable
 
 
 def merge(paths, out, fill=False):
@@ -54,30 +54,30 @@ def merge(paths, out, fill=False):
         for other in files[:number]:
             refuse_conflicts(other, file)
     merged_from = ", ".join(file.attributes["study_id"] for file in files)
-    known = known_from(files, study.grid, numerics | {"merged_from": merged_from})
-    if missing := int((~known.held).sum()):
-        known.about["points_not_computed"] = missing
-    surveyed = survey(known.sources, study.grid)
-    rest = gaps(known, study, surveyed.names)
+    reuse = reusable(files, study.grid, numerics | {"merged_from": merged_from})
+    if lacking := int((~reuse.held).sum()):
+        reuse.about["points_not_computed"] = lacking
+    surveyed = survey(reuse.sources, study.grid)
+    rest = missing(reuse, study, surveyed.names)
     tables = _tables(files, study, joined_labels(study, surveyed))
     if fill and (rest[0] or tables is None):
         # What no file holds stays so.
-        compute(replace(Plan.of(study, known=known), blocks=()), out)
+        compute(replace(Plan.of(study, reuse=reuse), blocks=()), out)
         return study
     if rest[0]:
-        known.about[STATES_NOT_COMPUTED] = " ".join(rest[0])
+        reuse.about[STATES_NOT_COMPUTED] = " ".join(rest[0])
         _tell_of_states(study, *rest)
     if tables is None:
         _tell_of_events(study, joined_labels(study, surveyed))
         outputs = study.outputs.model_copy(update={"transitions": None})
         study, tables = study.model_copy(update={"outputs": outputs}), []
-    reduce(study, list(known.sources), surveyed, out, describe(study) | known.about, tables)
+    reduce(study, list(reuse.sources), surveyed, out, describe(study) | reuse.about, tables)
     return study
 
 
 def _tell_of_states(study, names, points):
     """Say which states are not computed, at how many points, and what it would take."""
-    seconds = Plan.of(study, rest=(names, points)).seconds
+    seconds = Plan.of_rest(study, names, points).seconds
     note(
         f"{' '.join(names)}: not computed at {points.sum():,} of {points.size:,} points, whose datasets lack "
         f"them; --fill (in Python fill=True) computes them, in {readable_time(seconds)} of work"

@@ -27,7 +27,7 @@ from studies.running.worker import NAMED, Job, compute_block, versions
 from studies.store.datasets import open
 from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
-from studies.store.reuse import gaps, lend
+from studies.store.reuse import borrow, missing
 from studies.store.shards import (
     PROBE,
     discard_parts,
@@ -129,9 +129,9 @@ def run(
     """
     out = Path(out or f"{study.name}.nc")
     if not is_settled(study, out):
-        known = lend(Path(reuse), study) if reuse else None
+        borrowed = borrow(Path(reuse), study) if reuse else None
         cluster = None if client is None else partial(nullcontext, client)
-        compute(Plan.of(study, block_points, known), out, Policy(workers, cluster, **policy))
+        compute(Plan.of(study, block_points, borrowed), out, Policy(workers, cluster, **policy))
     return open(out)
 
 
@@ -221,13 +221,13 @@ def _finish(plan, shards, folder, out, fill):
     """Write the dataset, and only then remove the shards; `fill` gives those of a plan."""
     study = plan.study
     try:
-        sources = [*(plan.known.sources if plan.known else ()), *_sources(plan, shards)]
+        sources = [*(plan.reuse.sources if plan.reuse else ()), *_sources(plan, shards)]
         surveyed = survey(sources, study.grid)
-        if plan.known:
-            rest = _fill_gaps(plan, surveyed.names, fill)
+        if plan.reuse:
+            rest = _compute_missing(plan, surveyed.names, fill)
             sources += rest
             surveyed |= survey(rest, study.grid)
-        about = plan.known.about if plan.known else {}
+        about = plan.reuse.about if plan.reuse else {}
         events = _find_events(plan, joined_labels(study, surveyed), fill)
         reduce(study, sources, surveyed, out, describe(study) | about, events)
     except (OSError, RuntimeError) as problem:
@@ -243,20 +243,20 @@ def _sources(plan, shards):
     return [source_of(block, path, plan.task) for block, path in shards.items()]
 
 
-def _fill_gaps(plan, found, fill):
+def _compute_missing(plan, found, fill):
     """Compute what finished datasets lack of the states found: shards."""
-    names, points = gaps(plan.known, plan.study, found)
+    names, points = missing(plan.reuse, plan.study, found)
     if not names:
         return []
     _refuse_older(plan, f"{' '.join(names)} at {points.sum():,} points")
     note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
-    rest = Plan.of(plan.study, rest=(names, points))
+    rest = Plan.of_rest(plan.study, names, points)
     return _sources(rest, fill(rest))
 
 
 def _refuse_older(plan, what):
     """Nothing is computed for datasets of numerics that are not ours."""
-    then = plan.known.about.get("numerics_version", NUMERICS_VERSION) if plan.known else NUMERICS_VERSION
+    then = plan.reuse.about.get("numerics_version", NUMERICS_VERSION) if plan.reuse else NUMERICS_VERSION
     if then != NUMERICS_VERSION:
         raise StudyError(
             f"these datasets are by version {then} of the numerics, which version {NUMERICS_VERSION} cannot "
@@ -284,7 +284,7 @@ def _rounds(plan, fill):
     if plan.study.grid.refine is None:
         return shards
     stable = StableStates(plan.study.grid)
-    for source in plan.known.sources if plan.known else ():
+    for source in plan.reuse.sources if plan.reuse else ():
         stable.learn(source)
     while True:
         for source in _sources(plan, new):

@@ -1,7 +1,7 @@
 """What finished datasets hold of a study that is yet to be computed.
 
 A dataset leaves out the states that are solved nowhere in it. Where another part of the study does solve
-one, its points lack it: these gaps are what remains to be computed there. Not here: the copying
+one, its points lack it: what is missing there remains to be computed. Not here: the copying
 (`joining`), the computing (`runner`).
 """
 
@@ -26,7 +26,7 @@ AGREE = 1e-9
 """Values of the same point from different processors differ by less."""
 NAMED = 5
 BAND = 10_000_000
-"""States whose gaps are looked for at a time."""
+"""States that are looked for at a time."""
 
 
 class Finished(NamedTuple):
@@ -66,7 +66,7 @@ def read_finished(path):
     return Finished(study, source, states, attributes)
 
 
-class Known(NamedTuple):
+class Reusable(NamedTuple):
     """Points that need not be computed.
 
     Attributes
@@ -86,11 +86,11 @@ class Known(NamedTuple):
     about: dict
 
 
-def known_from(files, grid, about):
+def reusable(files, grid, about):
     """What finished datasets hold of a grid."""
     sources = tuple(file.source for file in files)
     searched = frozenset.intersection(*map(_searched, files))
-    return Known(sources, _held(grid, sources), searched, about)
+    return Reusable(sources, _held(grid, sources), searched, about)
 
 
 def _searched(file):
@@ -98,7 +98,7 @@ def _searched(file):
     return frozenset(file.study.task.names) - {*file.attributes.get(STATES_NOT_COMPUTED, "").split()}
 
 
-def lend(path, study):
+def borrow(path, study):
     """What a finished dataset holds of a study; None, and a line to the user, if that lacks outputs.
 
     Raises
@@ -122,15 +122,15 @@ def lend(path, study):
         "reused": file.attributes["study_id"],
         "reused_versions": str(file.attributes.get("library_versions", "unknown")),
     }
-    return known_from([file], study.grid, about)
+    return reusable([file], study.grid, about)
 
 
-def gaps(known, study, found):
+def missing(reuse, study, found):
     """States that are in the study and unknown at some points that are held.
 
     Parameters
     ----------
-    known : Known
+    reuse : Reusable
     study : Study
     found : set of str
         Names of the states that are solved, or failed, anywhere.
@@ -148,20 +148,20 @@ def gaps(known, study, found):
         return name.partition(":")[0] if task.every_root else name
 
     asked = set(task.names)
-    new = asked - known.searched
+    new = asked - reuse.searched
     names = sorted({name for name in found if word(name) in asked} | new)
-    missing, points = np.zeros(len(names), bool), np.zeros_like(known.held)
+    lacking, points = np.zeros(len(names), bool), np.zeros_like(reuse.held)
     height = max(1, BAND // (len(grid.given) * max(1, len(names))))
     for number, ends in enumerate(grid.ends):
         has_meaning = np.array([is_canonical(word(name), ends) for name in names], bool)
         for first in range(0, len(grid.H), height):
             rows = slice(first, first + height)
-            status = _status(known.sources, ends, grid.H[rows], grid.given, names)
+            status = _status(reuse.sources, ends, grid.H[rows], grid.given, names)
             unknown = (status == Status.NOT_COMPUTED) & has_meaning & ~word_failed(status, names)
-            unknown &= known.held[number, rows, :, None]
+            unknown &= reuse.held[number, rows, :, None]
             points[number, rows] = unknown.any(axis=-1)
-            missing |= unknown.any(axis=(0, 1))
-    words = {word(name) for name, lacks in zip(names, missing, strict=True) if lacks}
+            lacking |= unknown.any(axis=(0, 1))
+    words = {word(name) for name, lacks in zip(names, lacking, strict=True) if lacks}
     return tuple(name for name in task.names if name in words), points
 
 

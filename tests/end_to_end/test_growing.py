@@ -307,8 +307,8 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
         monkeypatch.setattr(module, name, changing)
 
     if moment == "planning":
-        at(reuse, "lend")
-        monkeypatch.setattr(runner, "lend", reuse.lend)
+        at(reuse, "borrow")
+        monkeypatch.setattr(runner, "borrow", reuse.borrow)
     elif moment == "computing":
         at(runner, "compute_block")
     elif moment == "joining":

@@ -9,7 +9,7 @@ import pytest
 from studies import Study, StudyError
 from studies.design.refinement import first_points
 from studies.schema import canonical
-from studies.store.reuse import Known
+from studies.store.reuse import Reusable
 
 GOOD = {
     "study": {"name": "small"},
@@ -321,9 +321,9 @@ def test_a_plan_is_the_same_whether_its_points_are_looked_at_or_not(control, ref
     grid = {name: RANGE | {"num": 5} for name in ("H", control)} | ({"refine": refine} if refine else {})
     study = Study.from_dict(changed("grid", {"ends": GOOD["grid"]["ends"], **grid}))
     shape = len(study.grid.ends), len(study.grid.H), len(study.grid.given)
-    nothing = Known((), np.zeros(shape, bool), frozenset(), {})
+    nothing = Reusable((), np.zeros(shape, bool), frozenset(), {})
     plan = study.plan(block_points=block_points)
-    assert plan.blocks == study.plan(block_points=block_points, known=nothing).blocks
+    assert plan.blocks == study.plan(block_points=block_points, reuse=nothing).blocks
     if refine:
         wanted = first_points(shape[1:], study.grid.refine)
         rows, columns = np.nonzero(wanted)
