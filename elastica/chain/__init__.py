@@ -9,8 +9,9 @@ bordered          O(N) algebra: tridiagonal matrices with a few borders
 equilibrium       Newton's method with contacts that move
 start             where it starts: exact states, continuation in the stiffness
 resolution        how many links a load needs
-second_variation  the energy method with element splitting, of second order
-published         the publication's setting of the same, of first order
+settings          the two of them: what differs, chosen once by `clamp`
+consistent        links cut where the strip touches, its energy method of second order
+published         whole links on the wall, its energy method of first order
 verdict           index, nullity and stability
 spectrum          eigenvalues; vibration: natural frequencies
 properties        heights, curvature, energies of one chain

@@ -8,6 +8,8 @@ Everything costs O(n q²). With S = D − BᵀT⁻¹B the matrix is congruent to
 of T, counted by a Sturm sequence, plus that of S. If all borders are constraints (D = 0), the form xᵀTx on
 Bᵀx = 0 has as many negative eigenvalues as the bordered matrix has beyond one for each constraint; the same
 holds for borders that are variables without mass, which are minimised out.
+
+Not here: what the matrices mean.
 """
 
 from typing import NamedTuple
@@ -22,7 +24,7 @@ ATTEMPTS = 30
 """Lanczos restarts in units of the number of eigenvalues wanted plus ten."""
 
 
-class Bordered(NamedTuple):
+class QuadraticForm(NamedTuple):
     """A quadratic form of n masses with q borders.
 
     Attributes
@@ -100,7 +102,7 @@ def count_below(form, sigma=0.0):
 
     Parameters
     ----------
-    form : Bordered
+    form : QuadraticForm
     sigma : float
 
     Returns
@@ -152,7 +154,7 @@ def lowest(form, floor, count):
 
     Parameters
     ----------
-    form : Bordered
+    form : QuadraticForm
     floor : float
         Below the eigenvalues of T, so that only borders can bring about lower ones.
     count : int

@@ -11,6 +11,8 @@ constraints yield by force/S. Their forces f = S (y ∓ H) act on a link as
 
 so gradient and Hessian are those of `links`, with a λ for each link. The flow is stiff: the implicit formulas
 of SciPy's BDF follow it, and Newton's method ends it. No name, no branch and no closed form enter.
+
+Not here: cuts where the strip touches; which state it is that has come to rest (`elastica.paths`).
 """
 
 from typing import NamedTuple
@@ -22,7 +24,7 @@ from elastica.blas import single_threaded
 from elastica.chain.bordered import solve_bordered
 from elastica.chain.links import Chain
 from elastica.chain.profile import Profile
-from elastica.chain.splitting import Pattern, split, strip_of
+from elastica.chain.splitting import mesh_of, split
 from elastica.scales import FOUR_PI_SQUARED
 
 WALLS = 1e6
@@ -104,7 +106,7 @@ class Walled(NamedTuple):
         slopes = np.tril(np.broadcast_to(lengths * np.cos(theta), (n, n)))[[*touched, -1]]
         stiffness = np.full(touched.size + 1, WALLS)
         if self.shortening is not None:
-            slopes = np.vstack([slopes, lengths * np.sin(theta)])
+            slopes = np.vstack([slopes, self.chain.shortening_slopes(theta)])
             stiffness = np.append(stiffness, SHORTENED / self.shortening)
         return *self.chain.hessian(theta, *self.forces(theta)), slopes, stiffness
 
@@ -136,7 +138,7 @@ class Walled(NamedTuple):
 
 def between_walls(links, ends, H, P=None, shortening=None):
     """A uniform chain of equal links between walls, with either the load or the shortening prescribed."""
-    chain = split(strip_of(links, Profile(), ends), Pattern(()), np.zeros(0)).chain
+    chain = split(mesh_of(links, Profile()), ends).chain
     chain = chain._replace(segment=np.arange(links))
     return Walled(chain, H, None if P is None else FOUR_PI_SQUARED * P, shortening)
 

@@ -19,14 +19,16 @@ import numpy as np
 from elastica.chain.bordered import solve_bordered
 from elastica.chain.splitting import (
     FEWEST_LINKS,
-    Pattern,
-    Split,
-    Strip,
+    NO_CUTS,
+    Contacts,
+    Mesh,
+    Pieces,
     conditions,
     growth_of_gradient,
     moving_pieces,
     split,
 )
+from elastica.scene import Scene
 
 MOST_STEPS = 40
 LARGEST_TURN = 0.5
@@ -42,11 +44,13 @@ class Equilibrium(NamedTuple):
 
     Attributes
     ----------
-    strip : Strip
-    pattern : Pattern
-    H, p : float
-        Half gap and thrust (EI = L = 1).
-    pieces : Split
+    mesh : Mesh
+    scene : Scene
+        At one point: H is a number.
+    contacts : Contacts
+    p : float
+        Thrust (EI = L = 1).
+    pieces : Pieces
     theta : ndarray, shape (n,)
         Angles of the pieces.
     lam : ndarray, shape (segments,)
@@ -55,79 +59,70 @@ class Equilibrium(NamedTuple):
         Arc lengths at which links are cut: one a point, two a line.
     """
 
-    strip: Strip
-    pattern: Pattern
-    H: float
+    mesh: Mesh
+    scene: Scene
+    contacts: Contacts
     p: float
-    pieces: Split
+    pieces: Pieces
     theta: np.ndarray
     lam: np.ndarray
     cuts: np.ndarray
+
+    @property
+    def resultant(self):
+        """Largest force F = √(p² + λ²) in a segment."""
+        return float(np.hypot(self.p, self.lam).max())
+
+    @property
+    def reactions(self):
+        """Force with which each wall pushes the strip back, shape (contacts,), EI/L² = 1."""
+        return np.array(self.contacts.walls) * (self.lam[:-1] - self.lam[1:])
 
 
 class NoEquilibrium(Exception):
     """Newton's method found nothing; the message says why."""
 
 
-def equilibrium(strip, pattern, H, start, p=None, shortening=None):
-    """Newton's method from a start nearby.
+def equilibrium(mesh, contacts, start, shortening=None):
+    """Newton's method from a start nearby, in its scene and under its thrust.
 
     Parameters
     ----------
-    strip, pattern : Strip, Pattern
-    H : float
+    mesh, contacts : Mesh, Contacts
     start : Equilibrium
-        Of any strip with any number of links, with the same pattern.
-    p, shortening : float
-        One of them: the thrust, or the shortening at which it is unknown.
-
-    Returns
-    -------
-    Equilibrium
+        On any mesh, with as many contacts.
+    shortening : float, optional
+        Prescribed in place of the thrust, which is an unknown then.
 
     Raises
     ------
     NoEquilibrium
     """
-    cuts = start.cuts.copy()
-    state = _placed(start, strip, pattern, H, start.p if p is None else p, cuts, split(strip, pattern, cuts))
-    centres = 0.5 * (cuts[1:-1:2] + cuts[2:-1:2]) if pattern.line else cuts
+    cuts = start.cuts
+    pieces = split(mesh, start.scene.ends, contacts, cuts)
+    state = _placed(start._replace(mesh=mesh, contacts=contacts), pieces)
+    centres = 0.5 * (cuts[1:-1:2] + cuts[2:-1:2]) if contacts.line else cuts
     return _newton(state, centres, shortening)
 
 
 def equilibrium_of_links(start, pieces, shortening=None):
-    """Newton's method with contacts that stay where they are: links that lie on the wall are left out.
+    """The same with contacts that stay where they are: links that lie on the wall are not among the pieces.
 
-    Parameters
-    ----------
-    start : Equilibrium
-    pieces : Split
-        The free links.
-    shortening : float, optional
-        Prescribed in place of the load.
-
-    Returns
-    -------
-    Equilibrium
-        Without cuts.
-
-    Raises
-    ------
-    NoEquilibrium
+    The equilibrium found has no cuts.
     """
-    state = _placed(start, start.strip, start.pattern, start.H, start.p, np.zeros(0), pieces)
-    return _newton(state, np.zeros(0), shortening)
+    state = _placed(start, pieces)._replace(cuts=NO_CUTS)
+    return _newton(state, NO_CUTS, shortening)
 
 
-def _placed(start, strip, pattern, H, p, cuts, pieces):
-    """A state with the angles of another."""
-    theta = np.interp(pieces.middles, start.pieces.middles, start.theta)
-    return Equilibrium(strip, pattern, H, p, pieces, theta, start.lam.copy(), cuts)
+def _placed(state, pieces):
+    """A state with its angles at the middles of other pieces."""
+    theta = np.interp(pieces.middles, state.pieces.middles, state.theta)
+    return state._replace(pieces=pieces, theta=theta)
 
 
 def _newton(state, centres, shortening):
     """Iterate until a step is rounding."""
-    rounding = np.finfo(float).eps * state.strip.links**2
+    rounding = np.finfo(float).eps * state.mesh.links**2
     for _ in range(MOST_STEPS):
         step = _step(state, centres, shortening)
         fraction = _fraction(state, step)
@@ -151,7 +146,7 @@ class _Step(NamedTuple):
 
 def _step(state, centres, shortening):
     """The Newton step."""
-    strip, pattern, pieces = state.strip, state.pattern, state.pieces
+    mesh, contacts, pieces = state.mesh, state.contacts, state.pieces
     chain, theta, lam, p = pieces.chain, state.theta, state.lam, state.p
     m, q = lam.size, state.cuts.size
     size = m + q + (shortening is not None)
@@ -160,19 +155,19 @@ def _step(state, centres, shortening):
     slopes = chain.rise_slopes(theta)
     columns[:, :m] = slopes
     rows[:m] = slopes.T
-    missing[:m] = chain.rises(theta) - pattern.drops(state.H)
+    missing[:m] = chain.rises(theta) - contacts.rises(state.scene)
     if q:
-        placed = conditions(strip, pattern, pieces, theta, state.cuts, centres)
+        placed = conditions(mesh, contacts, pieces, theta, state.cuts, centres)
         rows[m : m + q] = placed.by_theta
         corner[m : m + q, m : m + q] = placed.by_cut
         missing[m : m + q] = placed.values
     if shortening is not None:
-        columns[:, -1] = -chain.lengths * np.sin(theta)
-        rows[-1] = chain.lengths * np.sin(theta)
+        rows[-1] = chain.shortening_slopes(theta)
+        columns[:, -1] = -rows[-1]
         missing[-1] = chain.shortening(theta) - shortening
-    for k, moving in enumerate(moving_pieces(pattern, pieces) if q else ()):
+    for k, moving in enumerate(moving_pieces(contacts, pieces) if q else ()):
         for piece, sign in moving:
-            at, values = growth_of_gradient(strip, pieces, piece, theta, p, lam)
+            at, values = growth_of_gradient(mesh, pieces, piece, theta, p, lam)
             columns[at, m + k] += sign * values
             corner[chain.segment[piece], m + k] += sign * np.sin(theta[piece])
             if shortening is not None:
@@ -192,11 +187,15 @@ def _fraction(state, step):
     """Part of a step that turns no link and moves no contact too far."""
     fraction = min(1.0, LARGEST_TURN / max(np.abs(step.theta).max(), 1e-300))
     if state.cuts.size:
-        bounds = np.concatenate([[0.0], state.cuts, [1.0]])
-        spans = bounds[state.pattern.stops + 1] - bounds[state.pattern.starts + 1]
-        farthest = LARGEST_SHIFT * spans.min()
+        farthest = LARGEST_SHIFT * _shortest_segment(state.contacts, state.cuts)
         fraction = min(fraction, farthest / max(np.abs(step.cuts).max(), 1e-300))
     return fraction
+
+
+def _shortest_segment(contacts, cuts):
+    """Length of the shortest free segment."""
+    bounds = np.concatenate([[0.0], cuts, [1.0]])
+    return (bounds[contacts.stops + 1] - bounds[contacts.starts + 1]).min()
 
 
 def _advanced(state, step, fraction):
@@ -208,15 +207,14 @@ def _advanced(state, step, fraction):
             p=state.p + fraction * step.p,
         )
     cuts = state.cuts + fraction * step.cuts
-    bounds = np.concatenate([[0.0], cuts, [1.0]])
-    spans = bounds[state.pattern.stops + 1] - bounds[state.pattern.starts + 1]
-    if not spans.min() >= FEWEST_LINKS * state.strip.h:
-        wanted = int(np.ceil(FEWEST_LINKS / max(spans.min(), 1e-9)))
+    shortest = _shortest_segment(state.contacts, cuts)
+    if not shortest >= FEWEST_LINKS * state.mesh.h:
+        wanted = int(np.ceil(FEWEST_LINKS / max(shortest, 1e-9)))
         raise NoEquilibrium(
-            f"a free segment of length {spans.min():.3g} is under {FEWEST_LINKS} links; use links = {wanted}"
+            f"a free segment of length {shortest:.3g} is under {FEWEST_LINKS} links; use links = {wanted}"
         )
     theta = state.theta + fraction * step.theta
-    pieces = split(state.strip, state.pattern, cuts)
+    pieces = split(state.mesh, state.scene.ends, state.contacts, cuts)
     if pieces.link.size != theta.size or (pieces.link != state.pieces.link).any():
         theta = np.interp(pieces.middles, state.pieces.middles, theta)
     return state._replace(

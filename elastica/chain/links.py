@@ -16,6 +16,8 @@ d_j), so that λ is that of the continuum, θ'' = −p sin θ + λ cos θ, and
     Hessian    tridiagonal: k_{i−1} + k_i + g_i − l_i (p cos θ_i + λ sin θ_i) on the diagonal, −k_i beside it.
 
 A zero spring separates what does not talk: the segments on both sides of a line. A link may have length zero.
+
+Not here: where the links and springs come from (`splitting`, `published`).
 """
 
 from typing import NamedTuple
@@ -67,6 +69,10 @@ class Chain(NamedTuple):
         """Couple p sin θ − λ cos θ per length, shape (n,)."""
         return p * np.sin(theta) - lam[self.segment] * np.cos(theta)
 
+    def thrust(self, theta, p, lam):
+        """Force p cos θ + λ sin θ that compresses each link, shape (n,)."""
+        return p * np.cos(theta) + lam[self.segment] * np.sin(theta)
+
     def gradient(self, theta, p, lam):
         """Derivative of the Lagrangian with respect to θ, shape (n,).
 
@@ -84,8 +90,7 @@ class Chain(NamedTuple):
 
     def hessian(self, theta, p, lam):
         """Second derivative of the Lagrangian: its diagonal (n,) and what stands beside it (n − 1,)."""
-        forces = p * np.cos(theta) + lam[self.segment] * np.sin(theta)
-        diagonal = self.holds - self.lengths * forces
+        diagonal = self.holds - self.lengths * self.thrust(theta, p, lam)
         diagonal[1:] += self.springs
         diagonal[:-1] += self.springs
         return diagonal, -self.springs
@@ -95,3 +100,12 @@ class Chain(NamedTuple):
         slopes = np.zeros((theta.size, self.segments))
         slopes[np.arange(theta.size), self.segment] = self.lengths * np.cos(theta)
         return slopes
+
+    def shortening_slopes(self, theta):
+        """Derivative of the shortening with respect to θ, shape (n,)."""
+        return self.lengths * np.sin(theta)
+
+    def constraint_slopes(self, theta, fixed_shortening):
+        """Derivatives of the rises and, if it is fixed, of the shortening, a column each."""
+        slopes = self.rise_slopes(theta)
+        return np.column_stack([slopes, self.shortening_slopes(theta)]) if fixed_shortening else slopes

@@ -1,20 +1,26 @@
-"""One state of a chain at one point: from the exact state to the values that a solution carries."""
+"""One state of a chain at one point: from the exact state to the values that a solution carries.
+
+Not here: Newton's method (`equilibrium`), points and arrays (`solution`).
+"""
 
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.chain.equilibrium import Equilibrium, NoEquilibrium
+from elastica.chain import consistent
+from elastica.chain.equilibrium import Equilibrium, NoEquilibrium, equilibrium
 from elastica.chain.properties import contacts_hold, properties
-from elastica.chain.published import published_equilibrium
 from elastica.chain.resolution import LOST, SUSPECT, lag, links_for
-from elastica.chain.splitting import Pattern, split, strip_of
-from elastica.chain.start import Target, continued, exact_start, follows, pattern_of
+from elastica.chain.settings import Setting
+from elastica.chain.splitting import Mesh, mesh_of, split
+from elastica.chain.start import continued, exact_start, follows, lam_signs
 from elastica.chain.verdict import judge
 from elastica.codes import Status
+from elastica.control import Control
 from elastica.ends import End, Ends
-from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from elastica.solution import solve as solve_exact
+from elastica.state import State
 
 
 class Outcome(NamedTuple):
@@ -28,38 +34,39 @@ class Outcome(NamedTuple):
 class Model(NamedTuple):
     """What all points of a solution share."""
 
-    state: object
-    ends: object
-    control: str
-    links: int
-    clamp: str
-    profile: object
+    state: State
+    ends: Ends
+    control: Control
+    setting: Setting
+    mesh: Mesh
 
     @property
-    def published(self):
-        """Whether this is the published setting."""
-        return self.clamp == "published"
+    def fixes_shortening(self):
+        """Whether variations keep the shortening: the straight strip has none."""
+        return self.control.fixes_shortening and not self.state.straight
 
-    def base(self, factor=1.0):
-        """The uniform strip that the exact state belongs to."""
-        strip = strip_of(self.links, self.profile, self.ends)
-        if self.profile.uniform:
-            return strip
-        mean = factor / np.mean(1 / strip.stiffness)
-        return strip._replace(stiffness=np.full(self.links, mean))
+    def base(self, factor):
+        """The mesh of the uniform strip that the exact state belongs to.
+
+        Its stiffness is that of the same mean compliance times `factor`.
+        """
+        if self.mesh.profile.uniform:
+            return self.mesh
+        mean = factor / np.mean(1 / self.mesh.stiffness)
+        return self.mesh._replace(stiffness=np.full(self.mesh.links, mean))
 
     def exact(self, given, H, factor):
-        """The exact state of the uniform strip."""
+        """The exact state of that strip."""
         stiffness = float(self.base(factor).stiffness[0])
-        given = given / stiffness if self.control == "P" else given
+        given = given / stiffness if self.control.name == "P" else given
         softer = Ends(*(End(end.k / stiffness) for end in self.ends))
-        return solve_exact(self.state.name, **{self.control: given}, H=H, ends=softer)
+        return solve_exact(self.state.name, **{self.control.name: given}, H=H, ends=softer)
 
     def outcome(self, exact, point, factor):
         """What becomes of one point of an exact solution."""
         status = Status(int(exact.status[point]))
         if status not in (Status.SOLVED, Status.INADMISSIBLE) or exact.flat_length[point] < 0:
-            if self.profile.uniform:
+            if self.mesh.profile.uniform:
                 # A chain cannot lie on itself: a line of negative length is no equilibrium of it.
                 lost = status if status in (Status.FAILED, Status.NOT_FOLLOWED) else Status.NO_EQUILIBRIUM
                 return Outcome({"status": lost}, None, exact.reasons.get(point))
@@ -76,77 +83,56 @@ class Model(NamedTuple):
         ------
         NoEquilibrium
         """
-        base = self.base(factor)
-        p = FOUR_PI_SQUARED * float(exact.P[point]) * float(base.stiffness[0])
-        controlled = self.control == "shortening"
-        shortening = float(exact.shortening[point]) if controlled else None
-        target = Target(float(exact.H[point]), None if controlled else p, shortening)
-        start = self._start(exact, point, base, p)
+        shortening = float(exact.shortening[point]) if self.control.fixes_shortening else None
+        start = exact_start(exact, point, self.base(factor), Scene(self.ends, float(exact.H[point])))
+        if self.state.straight:
+            # It is straight whatever its stiffness.
+            start = start._replace(mesh=self.mesh, pieces=split(self.mesh, self.ends))
         ahead = lag(start)
         if ahead > LOST:
             raise NoEquilibrium(
-                f"waves of {self.links} links run {ahead:.2g} rad ahead of those of the strip, so that an "
-                f"equilibrium may be another state's or nobody's; use links = {links_for(start, SUSPECT)}"
+                f"waves of {self.mesh.links} links run {ahead:.2g} rad ahead of those of the strip, so that "
+                f"an equilibrium may be another state's or nobody's; use links = {links_for(start, SUSPECT)}"
             )
-        chain = self._chain(start, target)
-        if not contacts_hold(chain, self.published):
+        chain = self.setting.settled(self._chain(start, shortening), shortening)
+        if not contacts_hold(chain, self.setting):
             return Outcome({"status": Status.NO_EQUILIBRIUM})
-        rising = np.ones(1) if self.state.straight else self._rising(exact)
-        values = properties(chain, rising, self.published, exact.periods[point])
+        values = properties(chain, lam_signs(exact), self.setting, exact.periods[point])
         if values["status"] == Status.SOLVED:
-            found = judge(chain, self.published, controlled and not self.state.straight)
-            values |= found._asdict()
-        values["error"] = self._error(values, exact, point, chain, target)
+            values |= judge(chain, self.setting, self.fixes_shortening)._asdict()
+        values["error"] = self._error(values, exact, point, chain, shortening)
         return Outcome(values, chain)
 
-    def _rising(self, exact):
-        """Signs of λ in each segment's rising convention."""
-        walls = pattern_of(self.state, self.ends).walls
-        sides = np.array([*walls, walls[-1]] if walls else [1])
-        return np.where(self.state.reversed_segments(exact.ends), -sides, sides)
-
-    def _start(self, exact, point, base, p):
-        """The exact state of the uniform strip; the straight strip itself."""
-        if not self.state.straight:
-            return exact_start(exact, point, base, self._rising(exact))
-        strip = strip_of(self.links, self.profile, self.ends)
-        pieces = split(strip, Pattern(()), np.zeros(0))
-        flat = np.zeros(self.links)
-        return Equilibrium(
-            strip, Pattern(()), float(exact.H[point]), p, pieces, flat, np.zeros(1), np.zeros(0)
-        )
-
-    def _chain(self, start, target):
-        """The equilibrium of the chain."""
+    def _chain(self, start, shortening):
+        """The chain with cut links that is near a start."""
         if self.state.straight:
-            chain = start
-        elif self.profile.uniform:
-            chain = target.solve(start.strip, start.pattern, start)
-            if not follows(start, chain):
-                raise NoEquilibrium(
-                    "what is nearest to the strip's state in this chain is far from it; use more links"
-                )
-        else:
-            chain = continued(self.links, self.profile, self.ends, start, target)
-        return published_equilibrium(chain, target.shortening) if self.published else chain
+            return start
+        if not self.mesh.profile.uniform:
+            return continued(start, self.mesh, shortening)
+        chain = equilibrium(start.mesh, start.contacts, start, shortening)
+        if not follows(start, chain):
+            raise NoEquilibrium(
+                "what is nearest to the strip's state in this chain is far from it; use more links"
+            )
+        return chain
 
-    def _error(self, values, exact, point, chain, target):
+    def _error(self, values, exact, point, chain, shortening):
         """Difference from the exact state, or from a chain of half as many links."""
         if self.state.straight:
             return 0.0
-        if self.profile.uniform:
+        if self.mesh.profile.uniform:
             other = {
                 "curvature": float(exact.curvature[point]),
                 "lengths": exact.lengths[point],
-                "energy": float(exact.energy[point]) * float(chain.strip.stiffness[0]),
+                "energy": float(exact.energy[point]) * float(chain.mesh.stiffness[0]),
             }
         else:
-            strip = strip_of(self.links // 2, self.profile, self.ends)
+            mesh = mesh_of(self.mesh.links // 2, self.mesh.profile)
             try:
-                half = target.solve(strip, chain.pattern, chain)
+                half = equilibrium(mesh, chain.contacts, chain, shortening)
             except NoEquilibrium:
                 return np.inf
-            other = properties(half, np.ones(half.lam.size), False, np.zeros(half.lam.size))
+            other = properties(half, lam_signs(exact), consistent, exact.periods[point])
         return max(
             abs(values["curvature"] - other["curvature"]) / np.sqrt(max(chain.p, 1e-6)),
             float(np.abs(values["lengths"] - other["lengths"]).max()),

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.chain.second_variation import contact_curvatures, reactions
 from elastica.codes import Status
 from elastica.scales import FOUR_PI_SQUARED
 
@@ -45,7 +44,7 @@ def outline(state):
     x, y = (np.concatenate([[0.0], np.cumsum(steps * f(angle))]) for f in (np.cos, np.sin))
     at_ends = [
         (place, 0.0 if end.clamped else theta[piece] / (1 + end.stiffness * pieces.half[piece]))
-        for place, piece, end in ((0.0, 0, state.strip.ends.A), (1.0, -1, state.strip.ends.B))
+        for place, piece, end in zip((0.0, 1.0), (0, -1), state.scene.ends, strict=True)
     ]
     flat = np.concatenate([ends[pieces.last[:-1]], begins[pieces.first[1:]]])
     knots = np.concatenate([pieces.middles, flat, [0.0, 1.0]])
@@ -62,7 +61,7 @@ def clearance(state):
     sign.
     """
     chain, theta = state.pieces.chain, state.theta
-    if state.pattern.line:
+    if state.contacts.line:
         theta = theta.copy()
         for offset in range(RESTING_LINKS):
             theta[state.pieces.first + offset] = theta[state.pieces.last - offset] = 0.0
@@ -70,26 +69,22 @@ def clearance(state):
     heights = np.cumsum(rises) - 0.5 * rises
     crossing = np.flatnonzero((theta[:-1] * theta[1:] < 0) & (chain.segment[:-1] == chain.segment[1:]))
     if not crossing.size:
-        return state.H
+        return state.scene.H
     part = theta[crossing] / (theta[crossing] - theta[crossing + 1])
     reach = np.diff(state.pieces.middles)[crossing] * part
-    return state.H - np.abs(heights[crossing] + 0.5 * theta[crossing] * reach).max()
+    return state.scene.H - np.abs(heights[crossing] + 0.5 * theta[crossing] * reach).max()
 
 
-def curvature(state, published):
+def curvature(state, setting):
     """|θ'| where θ = 0: at the first contact; of a free strip at a clamp or the first crossing."""
-    pieces, theta, strip = state.pieces, state.theta, state.strip
-    if state.pattern.line or not theta.any():
+    pieces, theta, mesh = state.pieces, state.theta, state.mesh
+    if state.contacts.line or not theta.any():
         return 0.0
-    if state.pattern.walls:
-        if published:
-            sides = [(piece, pieces.chain.holds[piece]) for piece in (pieces.last[0], pieces.first[1])]
-            moment = np.mean([hold * abs(theta[piece]) for piece, hold in sides])
-            return moment / float(strip.profile(state.cuts.mean()))
-        return float(np.abs(contact_curvatures(state)[0]))
-    for place, piece, end in ((0.0, 0, strip.ends.A), (1.0, -1, strip.ends.B)):
+    if state.contacts.walls:
+        return float(np.abs(setting.contact_curvatures(state)[0]))
+    for place, piece, end in zip((0.0, 1.0), (0, -1), state.scene.ends, strict=True):
         if end.clamped:
-            return float(pieces.chain.holds[piece] * abs(theta[piece]) / strip.profile(place))
+            return float(pieces.chain.holds[piece] * abs(theta[piece]) / mesh.profile(place))
     crossing = np.flatnonzero(theta[:-1] * theta[1:] <= 0)
     if not crossing.size:
         return np.nan
@@ -97,47 +92,44 @@ def curvature(state, published):
     part = theta[at] / (theta[at] - theta[at + 1])
     place = pieces.middles[at] + part * (pieces.middles[at + 1] - pieces.middles[at])
     joints = 0.5 * (pieces.middles[:-1] + pieces.middles[1:])
-    return float(abs(np.interp(place, joints, pieces.chain.moments(theta))) / strip.profile(place))
+    return float(abs(np.interp(place, joints, pieces.chain.moments(theta))) / mesh.profile(place))
 
 
-def properties(state, flips, published, periods):
+def properties(state, lam_signs, setting, periods):
     """Values of the array attributes of `Solution` at one point, without the verdict.
 
     Parameters
     ----------
     state : Equilibrium
-    flips : ndarray, shape (segments,)
+    lam_signs : ndarray, shape (segments,)
         1 or −1: sign of λ in each segment's rising convention.
-    published : bool
+    setting : Setting
     periods : ndarray, shape (segments,)
 
     Returns
     -------
     dict
     """
-    pieces, theta, pattern = state.pieces, state.theta, state.pattern
-    chain, h = pieces.chain, state.strip.h
+    pieces, theta, contacts = state.pieces, state.theta, state.contacts
+    chain = pieces.chain
     bending, shorter = chain.bending_energy(theta), chain.shortening(theta)
     starts = pieces.middles[pieces.first] - 0.5 * chain.lengths[pieces.first]
     stops = pieces.middles[pieces.last] + 0.5 * chain.lengths[pieces.last]
     starts[0], stops[-1] = 0.0, 1.0
-    contacts = len(pattern.walls)
     gaps = starts[1:] - stops[:-1]
-    flat = float(gaps.sum()) if pattern.line else 0.0
-    position = stops[:-1] if pattern.line else 0.5 * (stops[:-1] + starts[1:])
-    pushes = reactions(state)
+    flat = float(gaps.sum()) if contacts.line else 0.0
+    position = stops[:-1] if contacts.line else 0.5 * (stops[:-1] + starts[1:])
+    pushes = state.reactions
     gap = clearance(state)
     end_angles = outline(state).theta[[0, -1]]
     pull = state.p * np.abs(theta).max(initial=0.0) + np.abs(state.lam).max(initial=0.0)
-    F = float(np.hypot(state.p, state.lam).max())
-    slack = 1e-9 + TOUCHING * F * h**2 / state.strip.stiffness.min()
-    fits = (pushes >= -slack * pull).all() and flat >= 0 and gap >= -slack * state.H
-    bent = bool(theta.any())
-    segments = contacts + 1 if bent else 0
+    slack = 1e-9 + TOUCHING * state.resultant * state.mesh.h**2 / state.mesh.stiffness.min()
+    fits = (pushes >= -slack * pull).all() and flat >= 0 and gap >= -slack * state.scene.H
+    segments = state.lam.size if theta.any() else 0
     return {
         "P": state.p / FOUR_PI_SQUARED,
         "status": Status.SOLVED if fits else Status.INADMISSIBLE,
-        "curvature": curvature(state, published),
+        "curvature": curvature(state, setting),
         "energy": (bending - state.p * shorter) / FOUR_PI_SQUARED,
         "bending_energy": bending / FOUR_PI_SQUARED,
         "shortening": shorter,
@@ -146,18 +138,14 @@ def properties(state, flips, published, periods):
         "clearance": gap,
         "reaction": pushes / FOUR_PI_SQUARED,
         "contact_position": position,
-        "lam": (flips * state.lam)[:segments],
+        "lam": (lam_signs * state.lam)[:segments],
         "lengths": (stops - starts)[:segments],
         "periods": periods[:segments],
     }
 
 
-def contacts_hold(state, published):
+def contacts_hold(state, setting):
     """Whether the strip bends away from the wall at every point contact, as it must between the walls."""
-    if state.pattern.line or not state.pattern.walls:
+    if state.contacts.line or not state.contacts.walls:
         return True
-    walls = np.array(state.pattern.walls)
-    if published:
-        left, right = state.theta[state.pieces.last[0]], state.theta[state.pieces.first[1]]
-        return bool(walls[0] * (left - right) > 0)
-    return bool((walls * contact_curvatures(state) < 0).all())
+    return bool((np.array(state.contacts.walls) * setting.contact_curvatures(state) < 0).all())

@@ -1,4 +1,4 @@
-"""The published setting: whole links on the wall, frozen end links, an energy method that shifts the contact.
+"""The published setting, of first order: whole links on the wall and at clamps, a contact that shifts.
 
            frozen       free          on the wall          free       frozen
         A ===h=== o ---h--- o --- … o =====h===== o … --- o ---h--- o ===h=== B   ===: θ = 0
@@ -13,11 +13,12 @@ Energy method with element splitting: let the contact shift by δ along the stri
 there; the part that leaves the wall goes to the neighbour on the left, which grows to h + δ, and as much of
 the neighbour on the right joins the wall, h − δ. Both springs of a neighbour span the way between middles,
 k = EI/(h ± δ/2), so that a shift at constant curvature costs no bending. The Lagrangian then has besides
-the chain's Hessian
+the chain's Hessian a border for δ:
 
-    ∂²/∂δ²      Σ_sides Σ_springs k (Δθ)²/4h²
-    ∂²/∂δ∂θ     ∓ k Δθ/2h at the ends of each spring, ∓ (p sin θ − λ cos θ) at the neighbour,
-    ∂/∂δ        ± sin θ in the height of each side.
+          φ, one a free link     λ, one a side    δ
+        [ Hessian, tridiagonal      l cos θ       mixed ]    mixed: ∓ k Δθ/2h at the ends of each spring and
+        [ (l cos θ)ᵀ                0           ± sin θ ]           ∓ (p sin θ − λ cos θ) at the neighbours
+        [ mixedᵀ                  ± sin θ       squared ]    squared: Σ k (Δθ)²/4h² over springs of both sides
 
 The first derivatives by δ of both sides cancel only if the shape is symmetric and its sides shift alike:
 one δ serves both, and the state is taken to be stationary. That restriction is the publication's. It
@@ -26,131 +27,128 @@ above λh, the change of curvature over a link. Below, the form has large negati
 nothing (−1e3 at P = 3.9, H = 0.1, 100 links), so that the ends of a line, κ = 0, are held instead. (With k
 = EI/(h ± δ) on the free side only, an equally plausible reading, it converges to the conventional result.)
 δ has no mass. The conventional method holds the middle of the contact instead and lets its link turn.
+
+Not here: the chain with cut links from which this one starts (`equilibrium`).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.chain.bordered import Bordered
+from elastica.chain.bordered import QuadraticForm
 from elastica.chain.equilibrium import equilibrium_of_links
 from elastica.chain.links import Chain
-from elastica.chain.splitting import Split
+from elastica.chain.splitting import Pieces
+
+FIRST_ORDER = 1 / 4
+"""Part of √F h F by which eigenvalues are off, as seen at asymmetric states."""
+MOST_CONTACTS: float = 1
+UNRESOLVED_CURVATURE = 2.0
+"""κ in units of λh below which links cannot tell a shift of the contact from a turn."""
 
 
 class Frozen(NamedTuple):
-    """Which links of a published chain lie on the wall: from the link `begin` to before the link `end`."""
+    """Which links lie on the wall: from the link `begin` to before the link `end`."""
 
     begin: int
     end: int
 
 
-def wall_links(strip, pattern, cuts):
+def wall_links(mesh, contacts, cuts):
     """The links on the wall nearest to where a chain with split links touches it; None without contact."""
     if not cuts.size:
         return None
-    n = strip.links
-    if not pattern.line:
+    n = mesh.links
+    if not contacts.line:
         begin = min(int(cuts[0] * n), n - 1)
         return Frozen(begin, begin + 1)
     begin, end = np.rint(cuts * n).astype(int)
     return Frozen(int(begin), max(int(end), int(begin) + 1))
 
 
-def published_pieces(strip, frozen):
-    """The free links of a published chain and what holds them.
+def free_links(mesh, ends, frozen):
+    """The free links and what holds them.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    ends : Ends
+    frozen : Frozen or None
 
     Returns
     -------
-    Split
+    Pieces
         Whole links; `half` is half of the compliance h/EI of a spring.
     """
-    n, h = strip.links, strip.h
+    n, h = mesh.links, mesh.h
+    at_ends = tuple(zip((0, n - 1), ends, strict=True))
     free = np.ones(n, bool)
-    free[[place for place, end in ((0, strip.ends.A), (n - 1, strip.ends.B)) if end.clamped]] = False
+    free[[place for place, end in at_ends if end.clamped]] = False
     if frozen:
         free[frozen.begin : frozen.end] = False
     link = np.flatnonzero(free)
-    between = strip.stiffness[1:] / h
+    between = mesh.stiffness[1:] / h
     adjacent = np.diff(link) == 1
     springs = np.where(adjacent, between[link[1:] - 1], 0.0)
-    held = np.zeros(n)
-    held[1:] += np.where(free[:-1], 0.0, between)
-    held[:-1] += np.where(free[1:], 0.0, between)
-    for place, end in ((0, strip.ends.A), (n - 1, strip.ends.B)):
+    holds = np.zeros(n)
+    holds[1:] += np.where(free[:-1], 0.0, between)
+    holds[:-1] += np.where(free[1:], 0.0, between)
+    for place, end in at_ends:
         if not end.clamped:
-            held[place] += end.stiffness
+            holds[place] += end.stiffness
     segment = (link >= frozen.end).astype(int) if frozen else np.zeros(link.size, int)
     first = np.searchsorted(segment, np.arange(segment[-1] + 1))
     last = np.append(first[1:], link.size) - 1
-    chain = Chain(np.full(link.size, h), springs, held[link], segment)
-    half = h / (2 * strip.stiffness[link])
-    return Split(chain, half, link, (link + 0.5) * h, first, last)
+    chain = Chain(np.full(link.size, h), springs, holds[link], segment)
+    half = h / (2 * mesh.stiffness[link])
+    return Pieces(chain, half, link, (link + 0.5) * h, first, last)
 
 
-def published_equilibrium(state, shortening=None):
-    """The published chain nearest to a chain with split links.
-
-    Parameters
-    ----------
-    state : Equilibrium
-        With at most one contact.
-    shortening : float, optional
-        Prescribed in place of the load.
-
-    Returns
-    -------
-    Equilibrium
-        Its cuts are where the wall's links begin and end.
-    """
-    frozen = wall_links(state.strip, state.pattern, state.cuts)
-    found = equilibrium_of_links(state, published_pieces(state.strip, frozen), shortening)
-    return found._replace(cuts=np.array(frozen, float) * state.strip.h) if frozen else found
+def settled(state, shortening=None):
+    """The chain of whole links nearest to it; its cuts are where the wall's links begin and end."""
+    frozen = wall_links(state.mesh, state.contacts, state.cuts)
+    found = equilibrium_of_links(state, free_links(state.mesh, state.scene.ends, frozen), shortening)
+    return found._replace(cuts=np.array(frozen, float) * state.mesh.h) if frozen else found
 
 
-def published_variation(state, contacts_move=True, fixed_shortening=False):
-    """The second variation of a published chain: links' angles and the contact's shift.
-
-    Parameters
-    ----------
-    state : Equilibrium
-        Its cuts are where the wall's links begin and end.
-    contacts_move : bool
-        False for the conventional method, with the wall's link among the unknowns.
-    fixed_shortening : bool
-
-    Returns
-    -------
-    Bordered
-    """
-    pieces, theta = state.pieces, state.theta
-    chain = pieces.chain
-    diagonal, off = chain.hessian(theta, state.p, state.lam)
-    heights = chain.rise_slopes(theta)
-    shorter = chain.lengths * np.sin(theta)
-    mass = chain.lengths
-    if state.pattern.walls and not contacts_move and not state.pattern.line:
-        return _with_contact_link(state, diagonal, off, heights, shorter, fixed_shortening)
-    border = heights
-    if fixed_shortening:
-        border = np.column_stack([border, shorter])
-    q = border.shape[1]
-    corner = np.zeros((q, q))
-    if state.pattern.walls and not state.pattern.line:
-        mixed, squared, rises, shortens = _shift(state)
-        border = np.column_stack([border, mixed])
-        corner = np.zeros((q + 1, q + 1))
-        corner[-1, -1] = squared
-        corner[-1, : rises.size] = corner[: rises.size, -1] = rises
-        if fixed_shortening:
-            corner[-1, q - 1] = corner[q - 1, -1] = shortens
-    return Bordered(diagonal, off, border, corner, q, mass)
-
-
-def _shift(state):
-    """Second derivatives by the contact's shift, mixed (n,) and pure; slopes of heights and shortening."""
+def second_variation(state, contacts_move=True, fixed_shortening=False):
+    """The angles of the free links, and the contact's shift or the angle of its link."""
     chain, theta = state.pieces.chain, state.theta
-    h = state.strip.h
+    diagonal, off = chain.hessian(theta, state.p, state.lam)
+    border = chain.constraint_slopes(theta, fixed_shortening)
+    q = border.shape[1]
+    form = QuadraticForm(diagonal, off, border, np.zeros((q, q)), q, chain.lengths)
+    if state.contacts.line or not state.contacts.walls:
+        return form
+    return _with_shift(form, state) if contacts_move else _with_contact_link(form, state)
+
+
+def contact_curvatures(state):
+    """θ' at the one contact, by the moments of the springs on both of its sides."""
+    chain, theta = state.pieces.chain, state.theta
+    left, right = state.pieces.last[0], state.pieces.first[1]
+    moment = np.mean([chain.holds[piece] * abs(theta[piece]) for piece in (left, right)])
+    stiffness = float(state.mesh.profile(state.cuts.mean()))
+    return np.array([np.sign(theta[right] - theta[left]) * (moment / stiffness)])
+
+
+def truncation(state):
+    """Of first order."""
+    F, h, softest = state.resultant, state.mesh.h, state.mesh.stiffness.min()
+    return FIRST_ORDER * np.sqrt(F / softest) * h * F
+
+
+def resolves_contacts(state):
+    """Whether κ is well above λh."""
+    h = state.mesh.h
+    turn = min(abs(state.theta[place]) for place in (state.pieces.last[0], state.pieces.first[1]))
+    return turn / h > UNRESOLVED_CURVATURE * np.abs(state.lam).max() * h
+
+
+def _with_shift(form, state):
+    """The form with the contact's shift δ as a variable without mass."""
+    chain, theta, q = state.pieces.chain, state.theta, form.constraints
+    h = state.mesh.h
     mixed, rises = np.zeros(theta.size), np.zeros(state.lam.size)
     squared = shortens = 0.0
     loads = chain.load(theta, state.p, state.lam)
@@ -163,20 +161,23 @@ def _shift(state):
         squared += (towards_wall * theta[piece] + away * (theta[piece] - theta[behind])) / (4 * h**2)
         rises[chain.segment[piece]] += grows * np.sin(theta[piece])
         shortens += grows * (1 - np.cos(theta[piece]))
-    return mixed, squared, rises, shortens
+    corner = np.zeros((q + 1, q + 1))
+    corner[-1, :q] = corner[:q, -1] = np.append(rises, shortens)[:q]
+    corner[-1, -1] = squared
+    return form._replace(border=np.column_stack([form.border, mixed]), corner=corner)
 
 
-def _with_contact_link(state, diagonal, off, heights, shorter, fixed_shortening):
-    """The conventional method: the middle of the wall's link is held, the link may turn."""
-    strip, pieces = state.strip, state.pieces
-    place = int(pieces.first[1])
-    link = round(float(state.cuts[0]) * strip.links)
-    beside = strip.stiffness[link : link + 2] / strip.h
-    diagonal = np.insert(diagonal, place, beside.sum() - strip.h * state.p)
-    off = np.concatenate([off[: place - 1], -beside, off[place:]])
-    border = np.insert(heights, place, 0.5 * strip.h, axis=0)
-    if fixed_shortening:
-        border = np.column_stack([border, np.insert(shorter, place, 0.0)])
-    q = border.shape[1]
-    mass = np.insert(pieces.chain.lengths, place, strip.h)
-    return Bordered(diagonal, off, border, np.zeros((q, q)), q, mass)
+def _with_contact_link(form, state):
+    """The form with the angle of the wall's link, whose middle is held: half of it rises on either side."""
+    mesh = state.mesh
+    place = int(state.pieces.first[1])
+    link = round(float(state.cuts[0]) * mesh.links)
+    beside = mesh.stiffness[link : link + 2] / mesh.h
+    slopes = np.zeros(form.constraints)
+    slopes[: state.lam.size] = 0.5 * mesh.h
+    return form._replace(
+        diagonal=np.insert(form.diagonal, place, beside.sum() - mesh.h * state.p),
+        off=np.concatenate([form.off[: place - 1], -beside, form.off[place:]]),
+        border=np.insert(form.border, place, slopes, axis=0),
+        mass=np.insert(form.mass, place, mesh.h),
+    )

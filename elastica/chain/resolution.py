@@ -18,22 +18,15 @@ SUSPECT = np.pi / 8
 
 
 def lag(state):
-    """Phase in radians by which waves of the chain run ahead of the strip's, infinite where there are none.
-
-    Parameters
-    ----------
-    state : Equilibrium
-    """
-    F = float(np.hypot(state.p, state.lam).max())
-    wave = np.sqrt(F / state.strip.stiffness)
-    if (wave * state.strip.h >= 2).any():
+    """Phase in radians by which waves of a chain run ahead of the strip's, infinite where there are none."""
+    wave = np.sqrt(state.resultant / state.mesh.stiffness)
+    if (wave * state.mesh.h >= 2).any():
         return np.inf
-    h = state.strip.h
+    h = state.mesh.h
     return float(np.sum(2 * np.arcsin(0.5 * wave * h) - wave * h))
 
 
 def links_for(state, phase):
-    """Number of links at which waves would be off by no more than `phase`."""
-    F = float(np.hypot(state.p, state.lam).max())
-    cubes = np.mean((F / state.strip.stiffness) ** 1.5)
+    """Number of links at which waves of a chain would be off by no more than `phase`."""
+    cubes = np.mean((state.resultant / state.mesh.stiffness) ** 1.5)
     return int(np.ceil(np.sqrt(cubes / (24 * phase)))) + 1

@@ -1,4 +1,7 @@
-"""Solve a named state of a chain on arrays of load and gap: the chain's side of `elastica.solve`."""
+"""Solve a named state of a chain on arrays of load and gap: the chain's side of `elastica.solve`.
+
+Not here: a single point (`model`).
+"""
 
 import warnings
 from dataclasses import dataclass, field
@@ -11,9 +14,10 @@ from elastica.chain.model import Model
 from elastica.chain.profile import parse_profile
 from elastica.chain.properties import outline
 from elastica.chain.resolution import SUSPECT, lag, links_for
-from elastica.chain.splitting import FEWEST_LINKS
+from elastica.chain.settings import SETTINGS
+from elastica.chain.splitting import FEWEST_LINKS, mesh_of
 from elastica.codes import Status
-from elastica.control import read_control
+from elastica.control import CONTROLS, read_control
 from elastica.ends import parse_ends
 from elastica.inputs import broadcast
 from elastica.shapes import Shape
@@ -22,7 +26,7 @@ from elastica.spelling import did_you_mean
 from elastica.stability.spectrum import Conventional
 from elastica.state import parse_state
 
-CLAMPS = ("consistent", "published")
+CLAMPS = tuple(SETTINGS)
 LINKS = 400
 BASES = (1.0, 0.5, 2.0, 0.25, 4.0)
 """Stiffness of the uniform strips to start from, in units of that of the same mean compliance."""
@@ -53,11 +57,11 @@ class ChainSolution(Solution):
 
     def eigenvalues(self, count):
         """The `count` lowest eigenvalues of Q with weight ∫φ² ds, shape (..., count); see `Solution`."""
-        return self._each(count, spectrum.eigenvalues, count, self._holds_shortening)
+        return self._each(count, spectrum.eigenvalues)
 
     def frequencies(self, count):
         """The `count` lowest natural frequencies, shape (..., count); see `Solution`."""
-        return self._each(count, spectrum.frequencies, count, self._holds_shortening)
+        return self._each(count, spectrum.frequencies)
 
     @single_threaded
     def conventional(self, count=1):
@@ -66,7 +70,7 @@ class ChainSolution(Solution):
         values = np.full((self.status.size, count), np.nan)
         index = np.full(self.status.size, -1, np.int16)
         for point in self._solved():
-            values[point], index[point] = spectrum.conventional(self.chains[point], self._published, count)
+            values[point], index[point] = spectrum.conventional(self.chains[point], self._setting, count)
         if self.state.line:
             # A line may not move in any case, and its flat stretch buckles off the wall.
             index = self.index.ravel()
@@ -87,23 +91,23 @@ class ChainSolution(Solution):
         return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
 
     @property
-    def _published(self):
-        return self.clamp == "published"
+    def _setting(self):
+        return SETTINGS[self.clamp]
 
     @property
-    def _holds_shortening(self):
-        return self.control == "shortening" and not self.state.straight
+    def _fixes_shortening(self):
+        return CONTROLS[self.control].fixes_shortening and not self.state.straight
 
     def _solved(self):
         return np.flatnonzero(self.status.ravel() == Status.SOLVED)
 
     @single_threaded
-    def _each(self, count, quantity, *arguments):
+    def _each(self, count, quantity):
         """A quantity (count,) at every solved point, shape (..., count)."""
         check_count(count)
         values = np.full((self.status.size, count), np.nan)
         for point in self._solved():
-            values[point] = quantity(self.chains[point], self._published, *arguments)
+            values[point] = quantity(self.chains[point], self._setting, count, self._fixes_shortening)
         return values.reshape(*self.status.shape, count)
 
 
@@ -157,11 +161,10 @@ def solve(
     ends = parse_ends(ends)
     state = parse_state(state, ends)
     profile = check_chain(state, links, clamp, stiffness)
-    chosen, values = read_control(P, shortening)
-    control = chosen.name
-    given, H, shape, labels = broadcast(**{control: values, "H": H})
-    reasons = unusable(control, given, H)
-    model = Model(state, ends, control, links, clamp, profile)
+    control, values = read_control(P, shortening)
+    given, H, shape, labels = broadcast(**{control.name: values, "H": H})
+    reasons = unusable(control.name, given, H)
+    model = Model(state, ends, control, SETTINGS[clamp], mesh_of(links, profile))
     arrays, chains = blank(state, given.size), {}
     left = np.setdiff1d(np.arange(given.size), list(reasons))
     for base in (1.0,) if profile.uniform else BASES:
@@ -177,7 +180,7 @@ def solve(
             for name, value in outcome.values.items():
                 arrays[name][point] = value
         left = left[arrays["status"][left] == Status.FAILED]
-    arrays[control] = given
+    arrays[control.name] = given
     coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
         warnings.warn(
@@ -186,8 +189,9 @@ def solve(
             stacklevel=4,
         )
     arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
+    arrays["H"] = H.reshape(shape)
     chain = {"links": links, "clamp": clamp, "stiffness": profile, "chains": chains}
-    solution = ChainSolution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons, **chain)
+    solution = ChainSolution(state, ends, control.name, **arrays, reasons=reasons, **chain)
     return solution if labels is None else label(solution, labels)
 
 
@@ -218,7 +222,7 @@ def check_chain(state, links, clamp, stiffness):
             f"links = {links!r}; state {state.name!r} needs a whole number of at least {fewest} links, "
             f"{FEWEST_LINKS} for each free segment"
         )
-    if clamp == "published" and len(state.word) > 1:
+    if len(state.word) > SETTINGS[clamp].MOST_CONTACTS:
         raise ValueError(
             f"clamp = 'published' shifts a single contact and {state.name!r} has {len(state.word)}; "
             "use clamp = 'consistent'"

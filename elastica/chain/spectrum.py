@@ -1,53 +1,59 @@
-"""The lowest eigenvalues and frequencies of a chain in equilibrium, by Lanczos on O(N) solves."""
+"""The lowest eigenvalues and frequencies of a chain in equilibrium, by Lanczos on O(N) solves.
+
+Eigenvalues that are exactly zero in the strip are given as 0.0, whatever the chain makes of them.
+
+Not here: the algebra (`bordered`), what a sign means (`verdict`).
+"""
 
 import numpy as np
 
 from elastica.chain.bordered import count_below, lowest
-from elastica.chain.published import published_variation
-from elastica.chain.second_variation import floor, second_variation
 from elastica.chain.verdict import exact_zeros, tolerance
 from elastica.chain.vibration import squared_frequencies
 
 
-def variation(state, published, contacts_move=True, fixed_shortening=False):
-    """The second variation in either setting."""
-    vary = published_variation if published else second_variation
-    return vary(state, contacts_move, fixed_shortening)
+def floor(state):
+    """A number below all eigenvalues of T: minus the largest thrust in a link, and some more."""
+    thrust = state.pieces.chain.thrust(state.theta, state.p, state.lam)
+    return -1.05 * max(float(thrust.max()), 0.0) - 1.0
 
 
-def eigenvalues(state, published, count, fixed_shortening=False):
-    """The `count` lowest eigenvalues of Q, ascending, exact zeros of the strip as 0.0."""
-    zeros = _zeros(state)
-    found = lowest(variation(state, published, True, fixed_shortening), floor(state), count + zeros)
-    return _with_zeros(found, zeros, tolerance(state, published))[:count]
+def eigenvalues(state, setting, count, fixed_shortening=False):
+    """The `count` lowest eigenvalues of Q, ascending.
 
-
-def conventional(state, published, count):
-    """Lowest eigenvalues and index with contacts held at their material points.
+    Parameters
+    ----------
+    state : Equilibrium
+    setting : Setting
+    count : int
+    fixed_shortening : bool
 
     Returns
     -------
-    values : ndarray, shape (count,)
-    index : int
+    ndarray, shape (count,)
+        NaN for those that the chain does not have.
     """
-    form = variation(state, published, contacts_move=False)
-    zeros = _zeros(state)
-    slack = tolerance(state, published) if zeros else 0.0
+    zeros, _ = exact_zeros(state)
+    found = lowest(setting.second_variation(state, True, fixed_shortening), floor(state), count + zeros)
+    return _with_zeros(found, zeros, tolerance(state, setting))[:count]
+
+
+def conventional(state, setting, count):
+    """Lowest eigenvalues (count,) and index with contacts held at their material points."""
+    form = setting.second_variation(state, contacts_move=False)
+    zeros, _ = exact_zeros(state)
+    slack = tolerance(state, setting) if zeros else 0.0
     found = _with_zeros(lowest(form, floor(state), count + zeros), zeros, slack)
     return found[:count], count_below(form, -slack)
 
 
-def frequencies(state, published, count, fixed_shortening=False):
-    """The `count` lowest natural frequencies sign(ω²) √|ω²|, ascending."""
-    form = variation(state, published, True, fixed_shortening)
-    zeros = _zeros(state)
+def frequencies(state, setting, count, fixed_shortening=False):
+    """The `count` lowest natural frequencies sign(ω²) √|ω²|, ascending; as `eigenvalues`."""
+    form = setting.second_variation(state, True, fixed_shortening)
+    zeros, _ = exact_zeros(state)
     squares = squared_frequencies(state, form, count + zeros)
     squares = _with_zeros(squares, zeros, np.inf)[:count]
     return np.sign(squares) * np.sqrt(np.abs(squares))
-
-
-def _zeros(state):
-    return exact_zeros(state)[0] if state.strip.profile.uniform else 0
 
 
 def _with_zeros(values, zeros, slack):

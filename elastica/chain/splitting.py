@@ -33,8 +33,9 @@ either), the mean of the conditions at both ends,
 
 finds the length, and between two lines the segment stays centred where it started.
 
-Ends (`clamp = "consistent"`): a clamp is a_0 away from the first link's angle, a spring c in series with
-that.
+Ends: a clamp is a_0 away from the first link's angle, a spring c in series with that.
+
+Not here: what follows from cutting (`equilibrium`), whole links on the wall (`published`).
 """
 
 from typing import NamedTuple
@@ -42,19 +43,27 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.chain.links import Chain
-from elastica.ends import Ends
+from elastica.chain.profile import Profile
 
 FEWEST_LINKS = 4
 """Links that a free segment must span, so that its cut ends do not meet."""
 
 
-class Strip(NamedTuple):
-    """A strip of equal links: their number, their stiffness EI (links,), its profile and its ends."""
+class Mesh(NamedTuple):
+    """The strip divided into equal links.
+
+    Attributes
+    ----------
+    links : int
+    stiffness : ndarray, shape (links,)
+        EI of each link.
+    profile : Profile
+        EI along the strip.
+    """
 
     links: int
     stiffness: np.ndarray
-    profile: object
-    ends: Ends
+    profile: Profile
 
     @property
     def h(self):
@@ -62,16 +71,14 @@ class Strip(NamedTuple):
         return 1 / self.links
 
 
-def strip_of(links, profile, ends):
-    """A strip whose links have the stiffness of the profile at their middles."""
+def mesh_of(links, profile):
+    """A mesh whose links have the stiffness of the profile at their middles."""
     middles = (np.arange(links) + 0.5) / links
-    return Strip(links, np.array(profile(middles)), profile, ends)
+    return Mesh(links, np.array(profile(middles)), profile)
 
 
-class Pattern(NamedTuple):
-    """What the strip touches.
-
-    The places where links are cut are unknowns: one for a point, two (beginning and end) for a line.
+class Contacts(NamedTuple):
+    """What the strip touches: one cut for a point, two (beginning and end) for a line.
 
     Attributes
     ----------
@@ -87,9 +94,9 @@ class Pattern(NamedTuple):
     line: bool = False
     resting: tuple = (False, False)
 
-    def drops(self, H):
+    def rises(self, scene):
         """Height that each segment has to gain, shape (segments,)."""
-        return H * np.diff((0, *self.walls, 0)).astype(float)
+        return np.diff(scene.height(np.array((0, *self.walls, 0))))
 
     @property
     def starts(self):
@@ -102,8 +109,11 @@ class Pattern(NamedTuple):
         return self.starts + 1
 
 
-class Split(NamedTuple):
-    """A strip cut at given places.
+NO_CONTACT, NO_CUTS = Contacts(()), np.zeros(0)
+
+
+class Pieces(NamedTuple):
+    """The links and parts of links that are free.
 
     Attributes
     ----------
@@ -111,7 +121,7 @@ class Split(NamedTuple):
     half : ndarray, shape (n,)
         Compliance l/2EI of half of each piece.
     link : ndarray of int, shape (n,)
-        The link of the strip that a piece is part of.
+        The link of the mesh that a piece is part of.
     middles : ndarray, shape (n,)
         Arc length of the middle of each piece.
     first, last : ndarray of int, shape (segments,)
@@ -126,19 +136,26 @@ class Split(NamedTuple):
     last: np.ndarray
 
 
-def split(strip, pattern, cuts):
-    """Cut a strip at the arc lengths `cuts`, ascending.
+def split(mesh, ends, contacts=NO_CONTACT, cuts=NO_CUTS):
+    """Cut a mesh at the arc lengths `cuts`, ascending; without contacts not at all.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    ends : Ends
+    contacts : Contacts
+    cuts : ndarray, shape (q,)
 
     Returns
     -------
-    Split
+    Pieces
         Without what lies flat. Where a line begins or ends there is no hold.
     """
-    n, h = strip.links, strip.h
+    n, h = mesh.links, mesh.h
     bounds = np.concatenate([[0.0], cuts, [1.0]])
-    begin, end = bounds[pattern.starts + 1], bounds[pattern.stops + 1]
+    begin, end = bounds[contacts.starts + 1], bounds[contacts.stops + 1]
     at = np.clip(np.floor(bounds * n).astype(int), 0, n - 1)
-    from_link, to_link = at[pattern.starts + 1], at[pattern.stops + 1]
+    from_link, to_link = at[contacts.starts + 1], at[contacts.stops + 1]
     counts = to_link - from_link + 1
     first = np.cumsum(counts) - counts
     last = first + counts - 1
@@ -149,30 +166,36 @@ def split(strip, pattern, cuts):
     lengths = np.full(link.size, h)
     lengths[first] = np.minimum((from_link + 1) * h, end) - begin
     lengths[last] = end - np.maximum(to_link * h, begin)
-    half = lengths / (2 * strip.stiffness[link])
+    half = lengths / (2 * mesh.stiffness[link])
     springs = 1 / (half[:-1] + half[1:])
-    if pattern.line:
+    if contacts.line:
         springs[last[:-1]] = 0.0
     holds = np.zeros(link.size)
-    for place, end_of_strip, rests in zip((0, -1), strip.ends, pattern.resting, strict=True):
-        if not (end_of_strip.pinned or rests):
-            holds[place] = 1 / (half[place] + 1 / end_of_strip.stiffness)
-    return Split(Chain(lengths, springs, holds, segment), half, link, 0.5 * (left + right), first, last)
+    for place, held, rests in zip((0, -1), ends, contacts.resting, strict=True):
+        if not (held.pinned or rests):
+            holds[place] = 1 / (half[place] + 1 / held.stiffness)
+    return Pieces(Chain(lengths, springs, holds, segment), half, link, 0.5 * (left + right), first, last)
 
 
-def moving_pieces(pattern, pieces):
+def moving_pieces(contacts, pieces):
     """Pieces that grow or shrink with each cut: lists of (piece, +1 or −1)."""
     first, last = pieces.first, pieces.last
-    inner = range(len(pattern.walls))
-    if pattern.line:
+    inner = range(len(contacts.walls))
+    if contacts.line:
         return [side for k in inner for side in ([(last[k], 1)], [(first[k + 1], -1)])]
     return [[(last[k], 1), (first[k + 1], -1)] for k in inner]
 
 
-def growth_of_gradient(strip, pieces, piece, theta, p, lam):
-    """Derivative of the chain's gradient with respect to the length of one piece.
+def growth_of_gradient(mesh, pieces, piece, theta, p, lam):
+    """Derivative of the chain's gradient by the length of one piece: more load, softer springs beside it.
 
-    Its load grows, and the springs beside it become softer.
+    Parameters
+    ----------
+    mesh, pieces : Mesh, Pieces
+    piece : int
+    theta : ndarray, shape (n,)
+    p : float
+    lam : ndarray, shape (segments,)
 
     Returns
     -------
@@ -181,7 +204,7 @@ def growth_of_gradient(strip, pieces, piece, theta, p, lam):
     values : ndarray
     """
     chain, n = pieces.chain, theta.size
-    softening = 1 / (2 * strip.stiffness[pieces.link[piece]])
+    softening = 1 / (2 * mesh.stiffness[pieces.link[piece]])
     rows = slice(max(piece - 1, 0), min(piece + 2, n))
     own = piece - rows.start
     values = np.zeros(rows.stop - rows.start)
@@ -203,12 +226,12 @@ class Conditions(NamedTuple):
     by_cut: np.ndarray
 
 
-def conditions(strip, pattern, pieces, theta, cuts, centres):
+def conditions(mesh, contacts, pieces, theta, cuts, centres):
     """Whether the contacts are where the strip lies on the wall.
 
     Parameters
     ----------
-    strip, pattern, pieces : Strip, Pattern, Split
+    mesh, contacts, pieces : Mesh, Contacts, Pieces
     theta : ndarray, shape (n,)
     cuts : ndarray, shape (q,)
     centres : ndarray, shape (contacts − 1,)
@@ -221,20 +244,20 @@ def conditions(strip, pattern, pieces, theta, cuts, centres):
     q = cuts.size
     values, by_theta, by_cut = np.zeros(q), np.zeros((q, theta.size)), np.zeros((q, q))
     first, last = pieces.first, pieces.last
-    if not pattern.line:
+    if not contacts.line:
         for k in range(q):
             left, right = last[k], first[k + 1]
             total = pieces.half[left] + pieces.half[right]
             by_theta[k, left], by_theta[k, right] = pieces.half[right] / total, pieces.half[left] / total
             values[k] = by_theta[k] @ theta
-            softening = 1 / (2 * strip.stiffness[pieces.link[left]])
+            softening = 1 / (2 * mesh.stiffness[pieces.link[left]])
             by_cut[k, k] = softening * (theta[right] - theta[left]) / total
         return Conditions(values, by_theta, by_cut)
     ends = ((0, first[0], last[0]), (q - 1, last[-1], first[-1]))
-    for (row, outer, inner), rests in zip(ends, pattern.resting, strict=True):
+    for (row, outer, inner), rests in zip(ends, contacts.resting, strict=True):
         by_theta[row, [outer, inner] if rests else [inner]] = 0.5 if rests else 1.0
         values[row] = by_theta[row] @ theta
-    for j in range(1, len(pattern.walls)):
+    for j in range(1, len(contacts.walls)):
         stop, start = 2 * j - 1, 2 * j
         by_theta[stop, [first[j], last[j]]] = 0.5
         values[stop] = 0.5 * (theta[first[j]] + theta[last[j]])

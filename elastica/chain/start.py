@@ -11,14 +11,14 @@ so with θ = M = 0 where the line begins the clamp carries M₀² = EI ∫ κ² 
 that is negative (strips that are stiffer near the clamp) there is no such state: the contact stays a point.
 Otherwise M₀ grows like √t, as if the shape had slid into the clamp by M₀/λ, and that is where the first
 step starts.
-"""
 
-from typing import NamedTuple
+Not here: the exact state itself (`elastica.solution`), the steps of Newton's method (`equilibrium`).
+"""
 
 import numpy as np
 
 from elastica.chain.equilibrium import Equilibrium, NoEquilibrium, equilibrium
-from elastica.chain.splitting import Pattern, split, strip_of
+from elastica.chain.splitting import Contacts, split
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.shapes import WALL, angles
 
@@ -30,88 +30,82 @@ LARGEST_MOVE = 0.1
 """Arc length by which a contact may move."""
 
 
-def pattern_of(state, ends, uniform=True):
-    """What a state touches."""
-    resting = tuple(state.line and uniform and end.clamped for end in ends)
-    return Pattern(tuple(WALL[letter] for letter in state.word), state.line, resting)
+def contacts_of(state, ends):
+    """What a state of a uniform strip touches: clamps next to lines rest."""
+    resting = tuple(state.line and end.clamped for end in ends)
+    return Contacts(tuple(WALL[letter] for letter in state.word), state.line, resting)
 
 
-def exact_start(exact, point, strip, rising):
+def lam_signs(exact):
+    """1 or −1: sign of the chain's λ in the rising convention of each segment, shape (segments,).
+
+    The straight strip has one segment here, as all chains have.
+    """
+    walls = [WALL[letter] for letter in exact.state.word]
+    sides = np.array([*walls, walls[-1]] if walls else [1])
+    return np.where(exact.state.reversed_segments(exact.ends), -sides, sides)
+
+
+def exact_start(exact, point, mesh, scene):
     """An exact state in the unknowns of a chain.
 
     Parameters
     ----------
     exact : Solution
-        Not the straight strip.
     point : int
         A point of a flat solution where the state exists.
-    strip : Strip
-        Uniform.
-    rising : ndarray, shape (segments,)
-        1 or −1: sign of λ in the rising convention of each segment.
+    mesh : Mesh
+        Uniform; if its EI is not 1, `exact` is the solution with load and springs in units of it.
+    scene : Scene
+        Of the chain at that point.
 
     Returns
     -------
     Equilibrium
         Its angles belong to the uncut links; Newton's method interpolates them.
     """
-    stiffness = float(strip.stiffness[0])
-    pattern = pattern_of(exact.state, strip.ends)
+    stiffness = float(mesh.stiffness[0])
+    contacts = contacts_of(exact.state, scene.ends)
     cuts = position = exact.contact_position[point]
-    if pattern.line:
+    if contacts.line:
         flat = exact.flat_length[point] / position.size
         cuts = np.column_stack([position, position + flat]).ravel()
-    uncut = split(strip, Pattern(()), np.zeros(0))
-    theta = angles(exact, point, uncut.middles)
+    uncut = split(mesh, scene.ends)
     p = FOUR_PI_SQUARED * float(exact.P[point]) * stiffness
-    lam = rising * exact.lam[point] * stiffness
-    return Equilibrium(strip, pattern, float(exact.H[point]), p, uncut, theta, lam, cuts)
+    if exact.state.straight:
+        theta, lam = np.zeros(mesh.links), np.zeros(1)
+    else:
+        theta = angles(exact, point, uncut.middles)
+        lam = lam_signs(exact) * exact.lam[point] * stiffness
+    return Equilibrium(mesh, scene, contacts, p, uncut, theta, lam, cuts)
 
 
-class Target(NamedTuple):
-    """What is prescribed at a point: the half gap and either the thrust or the shortening."""
-
-    H: float
-    p: float | None
-    shortening: float | None
-
-    def solve(self, strip, pattern, start):
-        """The equilibrium near a start."""
-        return equilibrium(strip, pattern, self.H, start, self.p, self.shortening)
-
-
-def continued(links, profile, ends, start, target):
+def continued(start, mesh, shortening=None):
     """Carry a state of a uniform strip over to a stiffness profile.
 
     Parameters
     ----------
-    links : int
-    profile : Profile
-    ends : Ends
     start : Equilibrium
         Of the uniform strip.
-    target : Target
-
-    Returns
-    -------
-    Equilibrium
+    mesh : Mesh
+        Of the other, with as many links.
+    shortening : float, optional
+        Prescribed in place of the thrust.
 
     Raises
     ------
     NoEquilibrium
         If the state comes to an end on the way.
     """
-    whole = strip_of(links, profile, ends)
-    base = float(start.strip.stiffness[0])
-    state = target.solve(start.strip, start.pattern, start)
-    pattern = start.pattern._replace(resting=(False, False))
+    base = float(start.mesh.stiffness[0])
+    state = equilibrium(start.mesh, start.contacts, start, shortening)
+    contacts = start.contacts._replace(resting=(False, False))
     t, step = 0.0, FIRST_STEP
     while t < 1:
         ahead = min(1.0, t + step)
-        stiffness = base ** (1 - ahead) * whole.stiffness**ahead
-        strip = whole if ahead == 1 else whole._replace(stiffness=stiffness)
+        stage = mesh._replace(stiffness=base ** (1 - ahead) * mesh.stiffness**ahead) if ahead < 1 else mesh
         try:
-            found = target.solve(strip, pattern, _slid(state, strip))
+            found = equilibrium(stage, contacts, _slid(state, stage), shortening)
             if not follows(state, found):
                 raise NoEquilibrium("the state changes abruptly")
         except NoEquilibrium as problem:
@@ -125,17 +119,17 @@ def continued(links, profile, ends, start, target):
     return state
 
 
-def _slid(state, strip):
-    """A state whose clamps rest, slid into them as far as their moments on the new strip ask for."""
+def _slid(state, mesh):
+    """A state whose clamps rest, slid into them as far as their moments on the new mesh ask for."""
     theta, cuts = state.theta, state.cuts.copy()
     middles = state.pieces.middles
-    kappa = np.gradient(theta, middles) if any(state.pattern.resting) else theta
-    for rests, segment, inwards, cut in zip(state.pattern.resting, (0, -1), (1, -1), (0, -1), strict=True):
+    kappa = np.gradient(theta, middles) if any(state.contacts.resting) else theta
+    for rests, segment, inwards, cut in zip(state.contacts.resting, (0, -1), (1, -1), (0, -1), strict=True):
         if not rests:
             continue
         own = slice(state.pieces.first[segment], state.pieces.last[segment] + 1)
         s = middles[own]
-        stiffness = strip.stiffness[state.pieces.link[own]]
+        stiffness = mesh.stiffness[state.pieces.link[own]]
         gain = inwards * np.trapezoid(kappa[own] ** 2 * np.gradient(stiffness, s), s)
         if gain <= 0:
             raise NoEquilibrium("the strip is stiffer at a clamp than beside it, its contact stays a point")

@@ -22,7 +22,7 @@ def squared_frequencies(state, form, count):
     Parameters
     ----------
     state : Equilibrium
-    form : Bordered
+    form : QuadraticForm
         Its second variation.
     count : int
 

@@ -9,8 +9,8 @@ import time
 import numpy as np
 from scipy.linalg import eigh
 
-from elastica.chain.published import published_pieces, published_variation, wall_links
-from elastica.chain.second_variation import floor
+from elastica.chain.published import free_links, second_variation, wall_links
+from elastica.chain.spectrum import floor
 from elastica.scales import FOUR_PI_SQUARED
 from studies.accuracy.chain import energies, start
 from studies.accuracy.scenes import Answer
@@ -21,18 +21,18 @@ MOST_STEPS = 40
 
 def dense(scene, links):
     """One state with its index and lowest eigenvalue."""
-    first = start(scene, links).state
-    frozen = wall_links(first.strip, first.pattern, first.cuts)
-    pieces = published_pieces(first.strip, frozen)
+    first = start(scene, links)
+    frozen = wall_links(first.mesh, first.contacts, first.cuts)
+    pieces = free_links(first.mesh, first.scene.ends, frozen)
     theta = np.interp(pieces.middles, first.pieces.middles, first.theta)
     state = first._replace(pieces=pieces, theta=theta)
     begin = time.perf_counter()
     state = _newton(state)
     solving = time.perf_counter() - begin
     if frozen:
-        state = state._replace(cuts=np.array(frozen, float) * first.strip.h)
+        state = state._replace(cuts=np.array(frozen, float) * first.mesh.h)
     begin = time.perf_counter()
-    values = _eigenvalues(published_variation(state), floor(state))
+    values = _eigenvalues(second_variation(state), floor(state))
     spectrum = time.perf_counter() - begin
     bent, shorter = energies(state)
     return Answer(
@@ -45,24 +45,19 @@ def dense(scene, links):
 
 
 def _newton(state):
-    chain, sides = state.pieces.chain, _sides(state)
+    chain, rises = state.pieces.chain, state.contacts.rises(state.scene)
     theta, lam, p = state.theta, state.lam, state.p
     for _ in range(MOST_STEPS):
-        heights = chain.rises(theta) - sides * state.H
+        heights = chain.rises(theta) - rises
         border = chain.rise_slopes(theta)
         matrix = np.block(
-            [[_full(*chain.hessian(theta, p, lam)), border], [border.T, np.zeros((sides.size,) * 2)]]
+            [[_full(*chain.hessian(theta, p, lam)), border], [border.T, np.zeros((rises.size,) * 2)]]
         )
         step = np.linalg.solve(matrix, -np.concatenate([chain.gradient(theta, p, lam), heights]))
         theta, lam = theta + step[: theta.size], lam + step[theta.size :]
         if np.abs(step[: theta.size]).max() <= CONVERGED * np.abs(theta).max():
             break
     return state._replace(theta=theta, lam=lam)
-
-
-def _sides(state):
-    """Rise of each free part in units of H."""
-    return np.array([1.0, -1.0]) if state.pattern.walls else np.zeros(1)
 
 
 def _eigenvalues(form, lowest):

@@ -10,14 +10,15 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import elastica
+from elastica.chain import consistent
 from elastica.chain.bordered import lowest
+from elastica.chain.equilibrium import equilibrium
 from elastica.chain.profile import Profile
-from elastica.chain.second_variation import floor, second_variation
-from elastica.chain.splitting import strip_of
-from elastica.chain.start import Target, exact_start
+from elastica.chain.spectrum import floor
+from elastica.chain.splitting import mesh_of
+from elastica.chain.start import exact_start
 from elastica.chain.verdict import judge
-from elastica.ends import parse_ends
-from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 
 P, H = 2.5, 0.1
 LINKS = (100, 200, 400, 800, 1000, 1600, 3200, 10_000, 31_623, 100_000)
@@ -36,19 +37,17 @@ def best(action, repeats):
 
 def sparse_procedure(exact, n):
     """A chain of n links, and seconds of its equilibrium, index and three lowest eigenvalues."""
-    strip = strip_of(n, Profile(), parse_ends("clamped-clamped"))
-    target = Target(H, FOUR_PI_SQUARED * P, None)
-    start = exact_start(exact, 0, strip, np.array([1, -1]))
-    state = target.solve(strip, start.pattern, start)
-    solving = best(lambda: target.solve(strip, start.pattern, start), 7)
-    judging = best(lambda: judge(state), 7)
-    spectrum = best(lambda: lowest(second_variation(state), floor(state), 3), 3)
+    start = exact_start(exact, 0, mesh_of(n, Profile()), Scene(exact.ends, H))
+    state = equilibrium(start.mesh, start.contacts, start)
+    solving = best(lambda: equilibrium(start.mesh, start.contacts, start), 7)
+    judging = best(lambda: judge(state, consistent), 7)
+    spectrum = best(lambda: lowest(consistent.second_variation(state), floor(state), 3), 3)
     return state, solving, judging, spectrum
 
 
 def dense_procedure(state):
     """Seconds of Newton's steps with a full matrix, and of all eigenvalues on the constraints' null space."""
-    form = second_variation(state)
+    form = consistent.second_variation(state)
     T = np.diag(form.diagonal) + np.diag(form.off, 1) + np.diag(form.off, -1)
     K = np.block([[T, form.border], [form.border.T, form.corner]])
 

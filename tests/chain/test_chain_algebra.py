@@ -6,7 +6,7 @@ import pytest
 from scipy.linalg import block_diag, eigh, null_space
 
 from elastica.chain.bordered import (
-    Bordered,
+    QuadraticForm,
     count_below,
     extreme_eigenvalues,
     inverse,
@@ -47,7 +47,7 @@ def random_form(rng, n=None, definite=False):
     corner = np.zeros((q + free, q + free))
     if free:
         corner[-1] = corner[:, -1] = rng.normal(size=q + free)
-    return Bordered(diagonal, off, border, corner, q, rng.uniform(0.1, 1, n))
+    return QuadraticForm(diagonal, off, border, corner, q, rng.uniform(0.1, 1, n))
 
 
 def dense(form):

@@ -6,8 +6,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import elastica
-from elastica.chain.splitting import strip_of
-from elastica.ends import parse_ends
+from elastica.chain.splitting import mesh_of
 
 CC, PP = "clamped-clamped", "pinned-pinned"
 
@@ -37,7 +36,7 @@ def one_contact(profile, P, H, near):
     Both free segments are mapped to 0 … 1; unknowns θ, M, y of each, both λ and the place of the contact. The
     moment is continuous at the contact: no energy, no chain, no cut links.
     """
-    EI = strip_of(400, elastica.chain.profile.parse_profile(profile, 400), parse_ends(CC)).profile
+    EI = mesh_of(400, elastica.chain.profile.parse_profile(profile, 400)).profile
     p, chain = 4 * np.pi**2 * P, near.chains[0]
     shape = near.shape(2001)
     x = np.linspace(0, 1, 300)
