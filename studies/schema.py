@@ -227,7 +227,7 @@ COORDINATES = {
 }
 
 
-def coordinates(ends, H, control, given, names, outputs):
+def coordinates(ends, H, control, prescribed, names, outputs):
     """Labels of every dimension that a dataset with these states and outputs has.
 
     Parameters
@@ -236,7 +236,7 @@ def coordinates(ends, H, control, given, names, outputs):
     H : sequence of float
     control : str
         What is prescribed, "P" or "shortening".
-    given : sequence of float
+    prescribed : sequence of float
         Its values.
     outputs : studies.design.tables.Outputs
 
@@ -246,7 +246,8 @@ def coordinates(ends, H, control, given, names, outputs):
         In the order of the dimensions.
     """
     contacts = max((name.count("U") + name.count("D") for name in names), default=0)
-    labels = {"ends": np.array(ends), "H": np.array(H), control: np.array(given), "state": np.array(names)}
+    axes = {"ends": ends, "H": H, control: prescribed, "state": names}
+    labels = {name: np.array(values) for name, values in axes.items()}
     if contacts:
         labels["contact"] = np.arange(1, contacts + 1, dtype="i2")
     if outputs.eigenvalues or outputs.frequencies:

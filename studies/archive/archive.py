@@ -122,7 +122,7 @@ def describe(file: Path) -> Entry:
         ends=dataset.source.ends,
         states=dataset.states,
         H=_extent(dataset.source.H),
-        **{study.grid.control: _extent(dataset.source.given)},
+        **{study.grid.control: _extent(dataset.source.prescribed)},
         solve=study.solve.arguments,
         outputs=study.outputs.model_dump(exclude_none=True),
         **found,

@@ -101,7 +101,7 @@ class Entry(_Record):
     def __str__(self):
         """As it stands in a list, on one line; the title last, since it may be long."""
         ends = ", ".join(self.ends) if len(self.ends) <= MOST_ENDS else f"{len(self.ends)} end conditions"
-        given = f"{self.control} {getattr(self, self.control)}"
+        prescribed = f"{self.control} {getattr(self, self.control)}"
         what = (
             f"{self.bytes / 1e6:.2g} MB",
             self.solve["method"],
@@ -109,7 +109,7 @@ class Entry(_Record):
             ends,
             f"H {self.H}",
         )
-        return "  ".join([*what, given, f"{len(self.states)} states", self.title[:MOST_OF_TITLE]])
+        return "  ".join([*what, prescribed, f"{len(self.states)} states", self.title[:MOST_OF_TITLE]])
 
     @property
     def control(self):

@@ -119,7 +119,7 @@ def _agreement(study, labels, attributes):
         return [f"the attribute {unlike[0]} does not belong to the study in config_json"]
     if grid.control not in labels:
         return [f"the study prescribes {grid.control}, the dataset does not"]
-    wanted = {"ends": grid.ends, "H": grid.H, grid.control: grid.given}
+    wanted = {"ends": grid.ends, "H": grid.H, grid.control: grid.prescribed}
     problems = [
         f"the labels of {axis} are not those of the study"
         for axis, expected in wanted.items()

@@ -81,8 +81,8 @@ def repeat_points(study, labels, values, sample, seed, older, unsearched):
     problems, compared, left = [], 0, dict.fromkeys(NOT_COMPARED, 0)
     for number, ends in enumerate(study.grid.ends):
         here = (number, i[e == number], j[e == number])
-        H, given = labels["H"][here[1]], labels[control][here[2]]
-        found, solved, _ = solve_points(ends, H, control, given, study.task)
+        H, prescribed = labels["H"][here[1]], labels[control][here[2]]
+        found, solved, _ = solve_points(ends, H, control, prescribed, study.task)
         again = _labelled(solved, found, names, study, ends)
         old = {name: values[name][here] for name in again}
         unknown_here = old["status"] == Status.NOT_COMPUTED
@@ -107,7 +107,7 @@ def repeat_points(study, labels, values, sample, seed, older, unsearched):
                 point = int(np.flatnonzero(differs)[0])
                 problems.append(
                     f"{name} cannot be found again at {differs.sum()} of {H.size} points of {ends}, "
-                    f"first at H={H[point]:g}, {control}={given[point]:g}"
+                    f"first at H={H[point]:g}, {control}={prescribed[point]:g}"
                 )
     return Repeated(e.size, compared, {reason: count for reason, count in left.items() if count}, problems)
 
@@ -177,7 +177,7 @@ def repeat_events(study, labels, events, without, sample, seed):
         unasked = ["there is a transition table, for which the study did not ask"] if events else []
         return nothing._replace(problems=unasked)
     names = [str(name) for name in labels["state"]]
-    first, last = study.grid.given[0], study.grid.given[-1]
+    first, last = study.grid.prescribed[0], study.grid.prescribed[-1]
     codes = [event.value for event in Event]
     wrong = [
         row

@@ -12,19 +12,20 @@ import numpy as np
 class Block(NamedTuple):
     """A rectangle of the grid: one end condition, some half gaps, some loads or shortenings, every state.
 
-    `place` is the position (ends, first H, first of those given) in the grid; `control` says what is given.
+    `place` is the position (ends, first H, first of those prescribed) in the grid; `control` says what is
+    prescribed.
     """
 
     place: tuple[int, int, int]
     ends: str
     H: tuple[float, ...]
     control: str
-    given: tuple[float, ...]
+    prescribed: tuple[float, ...]
 
     @property
     def shape(self):
         """Extent of its arrays along ends, H and the control."""
-        return 1, len(self.H), len(self.given)
+        return 1, len(self.H), len(self.prescribed)
 
     @property
     def points(self):
@@ -37,36 +38,37 @@ class Block(NamedTuple):
         return *self.place, *self.shape[1:]
 
     def labels(self):
-        """Labels H and those given of every point, in the order of the arrays, shape (points,)."""
-        return tuple(grid.ravel() for grid in np.meshgrid(self.H, self.given, indexing="ij"))
+        """Labels H and those prescribed of every point, in the order of the arrays, shape (points,)."""
+        return tuple(grid.ravel() for grid in np.meshgrid(self.H, self.prescribed, indexing="ij"))
 
 
 class Scattered(Block):
-    """Some points of the grid, wherever they are: `H` and `given` have the labels of each, in one row."""
+    """Points of the grid, wherever they are, in one row: `H` and `prescribed` have the labels of each."""
 
     __slots__ = ()
 
     @property
     def shape(self):
         """Extent of its arrays along ends, H and the control."""
-        return 1, 1, len(self.given)
+        return 1, 1, len(self.prescribed)
 
     def labels(self):
-        """Labels H and those given of every point, shape (points,)."""
-        return np.array(self.H), np.array(self.given)
+        """Labels H and those prescribed of every point, shape (points,)."""
+        return np.array(self.H), np.array(self.prescribed)
 
 
 class Gaps(NamedTuple):
     """Half gaps with one end condition, at which the events of states are found.
 
-    The events are those between the first and the last load of the study, both `given`; `control` is "P".
+    The events are those between the first and the last load of the study, which are `prescribed`; `control`
+    is "P".
     """
 
     place: tuple[int, int, int]
     ends: str
     H: tuple[float, ...]
     control: str
-    given: tuple[float, float]
+    prescribed: tuple[float, float]
 
     @property
     def points(self):

@@ -106,7 +106,7 @@ class Plan:
     def of_rest(
         cls, study: Request, names: tuple[str, ...], points: np.ndarray, block_points: int | None = None
     ) -> "Plan":
-        """Plan some of the states of a study at some points, bool, shape (ends, H, given)."""
+        """Plan some of the states of a study at some points, bool, shape (ends, H, prescribed)."""
         grid = study.grid
 
         def cut(number, size):
@@ -130,7 +130,7 @@ class Plan:
                     f"study {study.name}: more than {MOST_BLOCKS:,} blocks are too many; use a smaller grid, "
                     "fewer outputs, or divide it into several studies"
                 )
-        at_ends = len(grid.H) * len(grid.given)
+        at_ends = len(grid.H) * len(grid.prescribed)
         points = len(grid.ends) * at_ends
         seconds = [costs[block.ends].of(block) for block in blocks]
         return cls(
@@ -160,8 +160,9 @@ class Plan:
         """
         grid = study.grid
         size = min(block_points or GAPS_OF_EVENTS, GAPS_OF_EVENTS)
+        loads = grid.prescribed[0], grid.prescribed[-1]
         blocks = tuple(
-            Gaps((number, row, 0), ends, grid.H[row : row + size], "P", (grid.given[0], grid.given[-1]))
+            Gaps((number, row, 0), ends, grid.H[row : row + size], "P", loads)
             for number, ends in enumerate(grid.ends)
             for row in range(0, len(grid.H), size)
         )
@@ -182,7 +183,7 @@ class Plan:
 
         Parameters
         ----------
-        codes : ndarray of int, shape (ends, H, given)
+        codes : ndarray of int, shape (ends, H, prescribed)
             What is known, as for `next_points`.
         """
         study = self.study
@@ -239,7 +240,7 @@ class Plan:
         first = sum(block.points for block in self.blocks)
         grid = self.study.grid
         costs = [costs_of(self.task, ends, grid.control) for ends in grid.ends]
-        every = sum(some.seconds(len(grid.H) * len(grid.given), len(grid.H)) for some in costs)
+        every = sum(some.seconds(len(grid.H) * len(grid.prescribed), len(grid.H)) for some in costs)
         yield (
             f"refined   {first:,} points first, the coarse grid and its audit; then where the stable states "
             f"change, at most all: {readable_time(every)} of work"
@@ -253,20 +254,20 @@ class Plan:
 
 def _rectangular(grid, number, wanted, size):
     """Blocks that are rectangles of labels."""
-    row_of, column_of = ({label: i for i, label in enumerate(axis)} for axis in (grid.H, grid.given))
+    row_of, column_of = ({label: i for i, label in enumerate(axis)} for axis in (grid.H, grid.prescribed))
     for gaps, labels in _rectangles(wanted, grid):
         columns = min(len(labels), size)
         # Cut once, so that all blocks of a column share its labels.
         parts = _cut(labels, columns)
         for H in _cut(gaps, max(1, min(len(gaps), size // columns))):
-            for given in parts:
-                place = number, row_of[H[0]], column_of[given[0]]
-                yield Block(place, grid.ends[number], H, grid.control, given)
+            for prescribed in parts:
+                place = number, row_of[H[0]], column_of[prescribed[0]]
+                yield Block(place, grid.ends[number], H, grid.control, prescribed)
 
 
 def _first_places(grid, wanted):
     """Positions of the first points of a refined grid, of those that are wanted."""
-    places = first_places((len(grid.H), len(grid.given)), grid.refine)
+    places = first_places((len(grid.H), len(grid.prescribed)), grid.refine)
     if wanted is None:
         return places
     there = wanted[places]
@@ -278,17 +279,20 @@ def _scattered(grid, number, places, size):
     i, j = (place.tolist() for place in places)
     starts = range(0, len(i), size)
     if grid.control != "P":
-        starts = np.unique(i, return_index=True)[1][:: max(1, size // len(grid.given))].tolist()
+        starts = np.unique(i, return_index=True)[1][:: max(1, size // len(grid.prescribed))].tolist()
     for start, end in zip(starts, [*starts, len(i)][1:], strict=True):
         H = tuple(map(grid.H.__getitem__, i[start:end]))
-        given = tuple(map(grid.given.__getitem__, j[start:end]))
-        yield Scattered((number, i[start], j[start]), grid.ends[number], H, grid.control, given)
+        prescribed = tuple(map(grid.prescribed.__getitem__, j[start:end]))
+        yield Scattered((number, i[start], j[start]), grid.ends[number], H, grid.control, prescribed)
 
 
 def _rectangles(wanted, grid):
-    """Labels (H, given) whose products make up the wanted points, bool, shape (H, given); None for all."""
+    """Labels of H and of what is prescribed whose products make up the points wanted.
+
+    Those are bool, shape (H, prescribed), or None for all.
+    """
     if wanted is None:
-        return [(grid.H, grid.given)]
+        return [(grid.H, grid.prescribed)]
     rows_of = {}
     for row, columns in enumerate(wanted):
         if columns.any():
@@ -296,7 +300,7 @@ def _rectangles(wanted, grid):
     return [
         (
             tuple(grid.H[row] for row in rows),
-            tuple(grid.given[column] for column in np.flatnonzero(wanted[rows[0]])),
+            tuple(grid.prescribed[column] for column in np.flatnonzero(wanted[rows[0]])),
         )
         for rows in rows_of.values()
     ]
@@ -311,7 +315,7 @@ def _block_points(costs, task, grid, bytes_per_point):
     most = max(1, LARGEST_ARRAY // bytes_per_point)
     if grid.control != "P":
         # Branches are traced once for each gap, so whole rows belong together.
-        return max(1, min(GAPS_PER_BLOCK, min(most, CHUNK) // len(grid.given))) * len(grid.given)
+        return max(1, min(GAPS_PER_BLOCK, min(most, CHUNK) // len(grid.prescribed))) * len(grid.prescribed)
     contacts = max(name.count("U") + name.count("D") for name in task.names)
     largest = LARGEST_SEARCH if task.every_root and contacts > 1 else LARGEST_BLOCK
     seconds = max(SECONDS_PER_BLOCK, 10 * costs.chunk)

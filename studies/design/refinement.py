@@ -25,7 +25,7 @@ def first_points(shape, refine):
 
     Returns
     -------
-    ndarray of bool, shape (H, given)
+    ndarray of bool, shape (H, prescribed)
     """
     wanted = np.zeros(shape, bool)
     wanted[first_places(shape, refine)] = True
@@ -55,13 +55,13 @@ def next_points(codes, refine):
 
     Parameters
     ----------
-    codes : ndarray of int, shape (H, given)
+    codes : ndarray of int, shape (H, prescribed)
         A number for each set of stable states; `UNKNOWN` where nothing is computed.
     refine : Refine
 
     Returns
     -------
-    ndarray of bool, shape (H, given)
+    ndarray of bool, shape (H, prescribed)
         Unknown points only; none when the refinement is complete.
     """
     wanted = np.zeros(codes.shape, bool)

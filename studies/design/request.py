@@ -71,10 +71,10 @@ class Request(Table):
                 f'outputs.transitions = true needs solve.method = "exact", not "{self.solve.method}"; '
                 f"change it {remedy}"
             )
-        if not 0 < self.grid.given[-1] <= LARGEST_P:
+        if not 0 < self.grid.prescribed[-1] <= LARGEST_P:
             raise ValueError(
                 f"outputs.transitions = true needs loads up to {LARGEST_P:g} at the most, but P ends at "
-                f"{self.grid.given[-1]:g}; change P {remedy}"
+                f"{self.grid.prescribed[-1]:g}; change P {remedy}"
             )
         return self
 

@@ -106,13 +106,13 @@ class Grid(Table):
 
     @model_validator(mode="after")
     def _countable(self):
-        points = len(self.ends) * len(self.H) * len(self.given)
+        points = len(self.ends) * len(self.H) * len(self.prescribed)
         if points > MOST_POINTS:
             raise ValueError(
                 f"{points:,} points are too many; keep ends × H × {self.control} to {MOST_POINTS:,}"
             )
         if self.refine:
-            cells = math.prod((len(axis) - 1) // self.refine.stride for axis in (self.H, self.given))
+            cells = math.prod((len(axis) - 1) // self.refine.stride for axis in (self.H, self.prescribed))
             if cells * self.refine.audit > MOST_DRAWN:
                 raise ValueError(
                     f"refine.audit = {self.refine.audit} in {cells:,} cells are too many points; keep to "
@@ -130,7 +130,7 @@ class Grid(Table):
         return "P" if self.shortening is None else "shortening"
 
     @property
-    def given(self):
+    def prescribed(self):
         """Labels of what is prescribed."""
         return self.P if self.shortening is None else self.shortening
 

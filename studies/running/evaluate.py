@@ -40,7 +40,7 @@ class Failure(NamedTuple):
 
     ends: int
     H: int
-    given: int
+    prescribed: int
     state: int
     reason: str
 
@@ -68,8 +68,8 @@ def evaluate(block, task, within=here):
         The variables of the block, first dimension `ends` of length one.
     failures : list of Failure
     """
-    H, given = block.labels()
-    names, arrays, failed = solve_points(block.ends, H, block.control, given, task, within)
+    H, prescribed = block.labels()
+    names, arrays, failed = solve_points(block.ends, H, block.control, prescribed, task, within)
     failures = [
         Failure(*map(int, np.unravel_index(point, block.shape)), state, reason)
         for point, state, reason in failed
@@ -78,7 +78,7 @@ def evaluate(block, task, within=here):
     return names, arrays, failures
 
 
-def solve_points(ends, H, control, given, task, within=here):
+def solve_points(ends, H, control, prescribed, task, within=here):
     """Solve every state at n points.
 
     Parameters
@@ -86,7 +86,7 @@ def solve_points(ends, H, control, given, task, within=here):
     ends : str
     H : ndarray, shape (n,)
     control : str
-    given : ndarray, shape (n,)
+    prescribed : ndarray, shape (n,)
         Loads or shortenings.
     task : Task
     within : callable
@@ -108,7 +108,7 @@ def solve_points(ends, H, control, given, task, within=here):
     solvers += [(_solve, [name]) for name in alone]
     outcomes = []
     for solver, names in solvers:
-        compute = partial(within, solver, ends, H, control, given, task)
+        compute = partial(within, solver, ends, H, control, prescribed, task)
         outcomes += isolate_failures(compute, names, H.size)
     exist = [some.name for some in outcomes if (some.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
@@ -162,28 +162,28 @@ def isolate_failures(compute, names, points):
         yield from outcomes
 
 
-def _solve(ends, H, control, given, task, names, points):
+def _solve(ends, H, control, prescribed, task, names, points):
     """Single states, one root each."""
     for name in names:
         with warnings.catch_warnings():
             # Points with too few links are seen by their `error`.
             warnings.simplefilter("ignore", UserWarning)
             solution = solve(
-                name, H=H[points], ends=ends, **{control: given[points]}, **task.method.arguments
+                name, H=H[points], ends=ends, **{control: prescribed[points]}, **task.method.arguments
             )
         yield Outcome(name, points, _values(solution, task.outputs), solution.reasons)
 
 
-def _search(ends, H, control, given, task, names, points):
+def _search(ends, H, control, prescribed, task, names, points):
     """Every root of words; of a chain those that the strip has."""
     chain = task.method.method == "chain"
-    for place, numbers, solution in search(names, parse_ends(ends), control, given[points], H[points]):
+    for place, numbers, solution in search(names, parse_ends(ends), control, prescribed[points], H[points]):
         values = None if chain else _values(solution, task.outputs)
         for number in np.unique(numbers):
             own = np.flatnonzero(numbers == number)
             name = solution.state.name + (f":{number}" if number > 1 else "")
             if chain:
-                yield from _solve(ends, H, control, given, task, [name], points[place[own]])
+                yield from _solve(ends, H, control, prescribed, task, [name], points[place[own]])
             else:
                 there = {key: value[own] for key, value in values.items()}
                 yield Outcome(name, points[place[own]], there, {})
@@ -225,7 +225,7 @@ def find_events(block, names, within=here):
         Where events could not be found, and why.
     """
     H, rows, failed = np.array(block.H), [], []
-    find = partial(within, _transitions, block.ends, H, block.given)
+    find = partial(within, _transitions, block.ends, H, block.prescribed)
     for name in (name for name in names if is_canonical(name, block.ends)):
         for _, points, values, reasons in isolate_failures(find, [name], H.size):
             failed += [f"{place_of(block.ends, H[points[i]], name)}: {why}" for i, why in reasons.items()]
@@ -233,9 +233,9 @@ def find_events(block, names, within=here):
     return rows, failed
 
 
-def _transitions(ends, H, given, names, selected):
+def _transitions(ends, H, prescribed, names, selected):
     """Rows of states at the gaps selected."""
-    first, last = given
+    first, last = prescribed
     for name in names:
         found = transitions(name, H[selected], ends, P_max=last)
         columns = (getattr(found, column).tolist() for column in Row._fields[1:])

@@ -103,7 +103,8 @@ def _tables(files, study, names):
         whole = (
             file.study.outputs.transitions
             and TRANSITIONS_FAILED not in file.attributes
-            and (file.study.grid.given[0], file.study.grid.given[-1]) == (grid.given[0], grid.given[-1])
+            and (file.study.grid.prescribed[0], file.study.grid.prescribed[-1])
+            == (grid.prescribed[0], grid.prescribed[-1])
         )
         held |= {
             (name, gap)
@@ -122,7 +123,7 @@ def _united(files):
     content["grid"] = {
         "ends": list(dict.fromkeys(ends for study in studies for ends in study.grid.ends)),
         "H": sorted({label for study in studies for label in study.grid.H}),
-        control: sorted({label for study in studies for label in study.grid.given}),
+        control: sorted({label for study in studies for label in study.grid.prescribed}),
     }
     if all(study.task.every_root for study in studies):
         content["states"] = {"max_contacts": max(study.states.max_contacts for study in studies)}

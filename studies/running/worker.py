@@ -145,5 +145,5 @@ def _alone(limit, points, solver, *arguments):
 def _name(block, names, failure):
     """Where a point failed, and why, in words."""
     point = np.ravel_multi_index(failure[:3], block.shape)
-    H, given = (labels[point] for labels in block.labels())
-    return f"{block.ends} H={H:g} {block.control}={given:g} {names[failure.state]}: {failure.reason}"
+    H, prescribed = (labels[point] for labels in block.labels())
+    return f"{block.ends} H={H:g} {block.control}={prescribed:g} {names[failure.state]}: {failure.reason}"

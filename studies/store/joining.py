@@ -50,7 +50,7 @@ def survey(sources, grid):
     """Read the status of everything that sources hold of a grid."""
     found = Survey([], set(), set())
     for source in sources:
-        points, _ = shared(source, np.array(grid.H), np.array(grid.given))
+        points, _ = shared(source, np.array(grid.H), np.array(grid.prescribed))
         with reading(source) as file:
             if "seconds" in file.ncattrs():
                 found.seconds.append(float(file.getncattr("seconds")))
@@ -87,12 +87,12 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
     """
     grid = study.grid
     names = joined_labels(study, surveyed)
-    labels = coordinates(grid.ends, grid.H, grid.control, grid.given, names, study.outputs)
+    labels = coordinates(grid.ends, grid.H, grid.control, grid.prescribed, names, study.outputs)
     with _new_dataset(out) as temporary:
         with opened(temporary, "w") as dataset:
             attributes = attributes | _timing(surveyed.seconds)
             define(dataset, labels, variables(labels, study.outputs), attributes)
-            sizes = [len(grid.ends), len(grid.H), len(grid.given), len(names)]
+            sizes = [len(grid.ends), len(grid.H), len(grid.prescribed), len(names)]
             rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
             reasons = {}
             for number, ends in enumerate(grid.ends):

@@ -55,13 +55,13 @@ def read_finished(path):
             raise StudyError(f"{path}: study_id does not belong to the study in config_json; damaged")
         with opened(path) as file:
             axes = ("ends", "H", control_of(file.dimensions))
-            ends, H, given = (read_labels(file.variables[axis], path) for axis in axes)
+            ends, H, prescribed = (read_labels(file.variables[axis], path) for axis in axes)
             states = tuple(map(str, read_labels(file.variables["state"], path)))
         # A search leaves out what is solved nowhere: of that nothing is known here, it may be inadmissible.
         known = states if study.task.every_root else study.task.names
     if content != attributes.get("content_hash"):
         raise StudyError(f"{path}: the values are not those that were written; `elastica check` says more")
-    source = Source(path, tuple(map(str, ends)), H, given, known, every_root=False, mark=mark)
+    source = Source(path, tuple(map(str, ends)), H, prescribed, known, every_root=False, mark=mark)
     refuse_changed(source)
     return Finished(study, source, states, attributes)
 
@@ -72,7 +72,7 @@ class Reusable(NamedTuple):
     Attributes
     ----------
     sources : tuple of Source
-    held : ndarray of bool, shape (ends, H, given)
+    held : ndarray of bool, shape (ends, H, prescribed)
         Grid points that they hold, if not every state there.
     searched : frozenset of str
         States that were asked for in every one of them.
@@ -139,7 +139,7 @@ def missing(reuse, study, found):
     -------
     names : tuple of str
         Of words the first root, if every root is sought.
-    points : ndarray of bool, shape (ends, H, given)
+    points : ndarray of bool, shape (ends, H, prescribed)
         Where any of them is unknown.
     """
     grid, task = study.grid, study.task
@@ -151,12 +151,12 @@ def missing(reuse, study, found):
     new = asked - reuse.searched
     names = sorted({name for name in found if word(name) in asked} | new)
     lacking, points = np.zeros(len(names), bool), np.zeros_like(reuse.held)
-    height = max(1, BAND // (len(grid.given) * max(1, len(names))))
+    height = max(1, BAND // (len(grid.prescribed) * max(1, len(names))))
     for number, ends in enumerate(grid.ends):
         has_meaning = np.array([is_canonical(word(name), ends) for name in names], bool)
         for first in range(0, len(grid.H), height):
             rows = slice(first, first + height)
-            status = _status(reuse.sources, ends, grid.H[rows], grid.given, names)
+            status = _status(reuse.sources, ends, grid.H[rows], grid.prescribed, names)
             unknown = (status == Status.NOT_COMPUTED) & has_meaning & ~word_failed(status, names)
             unknown &= reuse.held[number, rows, :, None]
             points[number, rows] = unknown.any(axis=-1)
@@ -165,12 +165,12 @@ def missing(reuse, study, found):
     return tuple(name for name in task.names if name in words), points
 
 
-def _status(sources, ends, H, given, names):
-    """Status of states in some rows as sources tell it, shape (H, given, names)."""
-    values = {"status": np.full((len(H), len(given), len(names)), Status.NOT_COMPUTED, "i1")}
+def _status(sources, ends, H, prescribed, names):
+    """Status of states in some rows as sources tell it, shape (H, prescribed, names)."""
+    values = {"status": np.full((len(H), len(prescribed), len(names)), Status.NOT_COMPUTED, "i1")}
     for source in sources:
         if ends in source.ends:
-            read_rows(source, {"status": VARIABLES["status"]}, ends, H, given, names, values)
+            read_rows(source, {"status": VARIABLES["status"]}, ends, H, prescribed, names, values)
     return values["status"]
 
 
@@ -195,7 +195,7 @@ def refuse_unlike(study, version, file):
 def refuse_conflicts(a, b):
     """Refuse two datasets that say different things of the same state at the same point."""
     control = a.study.grid.control
-    rows, columns = positions(a.source.H, b.source.H), positions(a.source.given, b.source.given)
+    rows, columns = positions(a.source.H, b.source.H), positions(a.source.prescribed, b.source.prescribed)
     if not (rows[0].size and columns[0].size):
         return
     common = np.intersect1d(a.states, b.states, assume_unique=True, return_indices=True)[1:]
@@ -216,9 +216,9 @@ def refuse_conflicts(a, b):
             known = np.all([status != Status.NOT_COMPUTED for status in values["status"]], axis=0)
             for name, (left, right) in values.items():
                 for column, state in np.argwhere(_differ(left, right) & known):
-                    H, given = a.source.H[row_a], a.source.given[columns[0][column]]
+                    H, prescribed = a.source.H[row_a], a.source.prescribed[columns[0][column]]
                     label = a.states[common[0][state]]
-                    found.append(f"{name} of {label} at {ends} H={H:g} {control}={given:g}")
+                    found.append(f"{name} of {label} at {ends} H={H:g} {control}={prescribed:g}")
     if found:
         named = ", ".join(found[:NAMED]) + (f" and {len(found) - NAMED} more" if len(found) > NAMED else "")
         raise StudyError(f"{b.source.path}: this differs from {a.source.path} in {named}")
@@ -233,11 +233,11 @@ def _differ(left, right):
 
 
 def _held(grid, sources):
-    """Grid points that some source holds, bool, shape (ends, H, given)."""
-    held = np.zeros((len(grid.ends), len(grid.H), len(grid.given)), bool)
+    """Grid points that some source holds, bool, shape (ends, H, prescribed)."""
+    held = np.zeros((len(grid.ends), len(grid.H), len(grid.prescribed)), bool)
     for source in sources:
         from_rows, rows = positions(source.H, grid.H)
-        from_columns, columns = positions(source.given, grid.given)
+        from_columns, columns = positions(source.prescribed, grid.prescribed)
         for number, ends in enumerate(source.ends):
             if ends not in grid.ends:
                 continue

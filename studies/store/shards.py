@@ -102,7 +102,7 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     """
     # A row of scattered points has no gap of its own: the block knows those of the points.
     H = block.H if len(block.H) == block.shape[1] else (np.nan,)
-    labels = coordinates((block.ends,), H, block.control, block.given, names, outputs)
+    labels = coordinates((block.ends,), H, block.control, block.prescribed, names, outputs)
 
     def fill(dataset):
         # Its name tells whether it is intact; to compress it would double what it costs to write and read.

@@ -21,14 +21,15 @@ class Source(NamedTuple):
     """A file that holds some points of a dataset.
 
     `searched` are the states that were asked for there, of words the first root if every root was sought.
-    If the points are `scattered`, `H` and `given` have the labels of each, and in the file they are one row.
+    If the points are `scattered`, `H` and `prescribed` have the labels of each, and in the file they are one
+    row.
     `mark` is that of the file (`files.mark_of`) when its content was proved; None for a shard of ours.
     """
 
     path: Path
     ends: tuple[str, ...]
     H: np.ndarray
-    given: np.ndarray
+    prescribed: np.ndarray
     searched: tuple[str, ...]
     every_root: bool
     scattered: bool = False
@@ -63,7 +64,7 @@ def refuse_changed(source):
 
 def source_of(block, path, task):
     """A shard as a source."""
-    labels = (np.array(block.H), np.array(block.given))
+    labels = (np.array(block.H), np.array(block.prescribed))
     scattered = isinstance(block, Scattered)
     return Source(path, (block.ends,), *labels, task.names, task.every_root, scattered)
 
@@ -78,13 +79,13 @@ def positions(labels, wanted):
     return np.flatnonzero(both), place[both]
 
 
-def shared(source, H, given):
+def shared(source, H, prescribed):
     """Points that a source and a grid with these labels have both: rows and columns there, and here.
 
     Parameters
     ----------
     source : Source
-    H, given : ndarray
+    H, prescribed : ndarray
         Increasing labels.
 
     Returns
@@ -94,11 +95,11 @@ def shared(source, H, given):
     if source.scattered:
         places = [
             np.searchsorted(labels, wanted).clip(max=labels.size - 1)
-            for labels, wanted in ((H, source.H), (given, source.given))
+            for labels, wanted in ((H, source.H), (prescribed, source.prescribed))
         ]
-        found = np.flatnonzero((H[places[0]] == source.H) & (given[places[1]] == source.given))
+        found = np.flatnonzero((H[places[0]] == source.H) & (prescribed[places[1]] == source.prescribed))
         return (np.zeros_like(found), found), tuple(place[found] for place in places)
-    both = [positions(source.H, H), positions(source.given, given)]
+    both = [positions(source.H, H), positions(source.prescribed, prescribed)]
     return tuple(
         tuple(place.ravel() for place in np.meshgrid(*places, indexing="ij"))
         for places in zip(*both, strict=True)
@@ -114,9 +115,9 @@ def read_points(variable, number, points):
     return slab[points[0] - first[0], points[1] - first[1]]
 
 
-def read_rows(source, group, ends, H, given, names, values):
+def read_rows(source, group, ends, H, prescribed, names, values):
     """Copy what a source holds of some rows into `values`, by variable, shape (rows, columns, state, …)."""
-    there, here = shared(source, np.asarray(H), np.asarray(given))
+    there, here = shared(source, np.asarray(H), np.asarray(prescribed))
     if not there[0].size:
         return
     number = source.ends.index(ends)
@@ -162,18 +163,18 @@ class StableStates:
 
     Attributes
     ----------
-    codes : ndarray of int, shape (ends, H, given)
+    codes : ndarray of int, shape (ends, H, prescribed)
     """
 
     def __init__(self, grid):
-        self.codes = np.full((len(grid.ends), len(grid.H), len(grid.given)), UNKNOWN, "i4")
+        self.codes = np.full((len(grid.ends), len(grid.H), len(grid.prescribed)), UNKNOWN, "i4")
         self._grid = grid
         self._number = {}
 
     def learn(self, source):
         """Take what a file holds."""
         grid = self._grid
-        there, here = shared(source, np.array(grid.H), np.array(grid.given))
+        there, here = shared(source, np.array(grid.H), np.array(grid.prescribed))
         with reading(source) as file:
             names = read_labels(file.variables["state"], source.path)
             for ends in set(source.ends) & set(grid.ends):

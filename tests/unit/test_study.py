@@ -176,7 +176,7 @@ def test_the_blocks_of_a_large_grid_share_their_labels_and_too_many_are_refused(
     first, *_ = plan.blocks
     same = [block for block in plan.blocks if block.place[::2] == first.place[::2]]
     assert len(same) == 2
-    assert all(block.given is first.given for block in same)
+    assert all(block.prescribed is first.prescribed for block in same)
     monkeypatch.setattr("studies.design.plan.MOST_BLOCKS", len(plan.blocks))
     assert Study.from_dict(GOOD).plan(block_points=4).blocks == plan.blocks
     monkeypatch.setattr("studies.design.plan.MOST_BLOCKS", len(plan.blocks) - 1)
@@ -283,10 +283,10 @@ def test_blocks_of_a_plan_cover_the_grid_exactly_once(block_points):
     covered = np.zeros((2, 2, 10), int)
     for block in plan.blocks:
         e, i, j = block.place
-        covered[e, i : i + len(block.H), j : j + len(block.given)] += 1
+        covered[e, i : i + len(block.H), j : j + len(block.prescribed)] += 1
         assert block.ends == study.grid.ends[e]
         assert block.H == study.grid.H[i : i + len(block.H)]
-        assert block.given == study.grid.P[j : j + len(block.given)]
+        assert block.prescribed == study.grid.P[j : j + len(block.prescribed)]
     assert (covered == 1).all()
     assert plan.points == 40
 
@@ -320,7 +320,7 @@ def test_the_plan_of_a_thousand_million_points_costs_what_its_blocks_do(grid):
 def test_a_plan_is_the_same_whether_its_points_are_looked_at_or_not(control, refine, block_points):
     grid = {name: RANGE | {"num": 5} for name in ("H", control)} | ({"refine": refine} if refine else {})
     study = Study.from_dict(changed("grid", {"ends": GOOD["grid"]["ends"], **grid}))
-    shape = len(study.grid.ends), len(study.grid.H), len(study.grid.given)
+    shape = len(study.grid.ends), len(study.grid.H), len(study.grid.prescribed)
     nothing = Reusable((), np.zeros(shape, bool), frozenset(), {})
     plan = study.plan(block_points=block_points)
     assert plan.blocks == study.plan(block_points=block_points, reuse=nothing).blocks
@@ -330,7 +330,7 @@ def test_a_plan_is_the_same_whether_its_points_are_looked_at_or_not(control, ref
         points = [
             (block.ends, *point) for block in plan.blocks for point in zip(*block.labels(), strict=True)
         ]
-        H, given = (np.array(axis) for axis in (study.grid.H, study.grid.given))
+        H, given = (np.array(axis) for axis in (study.grid.H, study.grid.prescribed))
         assert points == [
             (ends, *point) for ends in study.grid.ends for point in zip(H[rows], given[columns], strict=True)
         ]
@@ -364,7 +364,7 @@ def test_blocks_of_prescribed_shortening_are_whole_rows():
     content["grid"] |= {"shortening": {"start": 0.0, "stop": 0.5, "num": 3000}}
     content["grid"]["H"] = {"start": 0.05, "stop": 0.2, "num": 50}
     blocks = Study.from_dict(content).plan().blocks
-    assert all(len(block.given) == 3000 for block in blocks)
+    assert all(len(block.prescribed) == 3000 for block in blocks)
     assert sum(len(block.H) for block in blocks) == 100
     assert len(blocks) > 2
 
