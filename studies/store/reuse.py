@@ -20,7 +20,7 @@ from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, per_state
 from studies.store.content import content_hash
 from studies.store.datasets import identify
 from studies.store.files import as_damage_error, mark_of, opened, read_apart, read_labels
-from studies.store.sources import Source, positions, read_rows, reading, refuse_changed
+from studies.store.sources import Source, positions, read_points, read_rows, reading, refuse_changed, shared
 
 AGREE = 1e-9
 """Values of the same point from different processors differ by less."""
@@ -236,13 +236,12 @@ def _held(grid, sources):
     """Grid points that some source holds, bool, shape (ends, H, prescribed)."""
     held = np.zeros((len(grid.ends), len(grid.H), len(grid.prescribed)), bool)
     for source in sources:
-        from_rows, rows = positions(source.H, grid.H)
-        from_columns, columns = positions(source.prescribed, grid.prescribed)
+        there, here = shared(source, np.array(grid.H), np.array(grid.prescribed))
         for number, ends in enumerate(source.ends):
             if ends not in grid.ends:
                 continue
             with reading(source) as file:
-                status = file.variables["status"][number]
-            known = (status != Status.NOT_COMPUTED).any(axis=-1)[np.ix_(from_rows, from_columns)]
-            held[np.ix_([grid.ends.index(ends)], rows, columns)] |= known
+                status = read_points(file.variables["status"], number, there)
+            computed = (status != Status.NOT_COMPUTED).any(axis=-1)
+            held[grid.ends.index(ends)][tuple(place[computed] for place in here)] = True
     return held
