@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from elastica.codes import Status
 from elastica.control import CONTROLS, read_control
 from elastica.ends import Ends, parse_ends
+from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.roots import CHUNK, every, find
 from elastica.equilibria.shortening_control import Targets
-from elastica.equilibria.sweep import Table
 from elastica.inputs import broadcast
 from elastica.rows import Rows, failures
 from elastica.scales import FOUR_PI_SQUARED
@@ -240,7 +240,7 @@ def search(names, ends, control, given, H, admissible=False):
             if control == "P":
                 p = FOUR_PI_SQUARED * value
                 pressed = np.flatnonzero(p > 0)
-                table = Table(p[pressed], scene.at(pressed))
+                table = LengthTable(p[pressed], scene.at(pressed))
             else:
                 targets = Targets(value, scene, longest)
             for name in names:

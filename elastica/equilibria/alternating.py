@@ -14,9 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.equilibria.line import line_roots
 from elastica.equilibria.newton import ROUNDING, Roots, below_right_angles, newton, regular, total_length
-from elastica.equilibria.sweep import line_force, rough_line_length
 from elastica.pendulum.elliptic import complementary_parameter
+from elastica.pendulum.line import rough_line_length
 from elastica.scene import Scene
 
 TINY_THRUST = 1e-6
@@ -58,7 +59,7 @@ def alternating(segments, table):
     ----------
     segments : Mapping of Segment to int
         Of kind S, without further periods.
-    table : Table
+    table : LengthTable
         Of n points.
 
     Returns
@@ -117,10 +118,12 @@ def _slack(segments, p, scene):
 
     Also where that is close to zero and so not rough, and the line states there.
     """
-    slack = sum(count * rough_line_length(segment, p, scene) for segment, count in segments.items()) - 1
+    lengths = (
+        count * rough_line_length(segment.kind, p, scene.rise(segment)) for segment, count in segments.items()
+    )
+    slack = sum(lengths) - 1
     close = np.flatnonzero(~(np.abs(slack) > LEAVING))
-    lam = np.stack([line_force(segment, p[close], scene.at(close)) for segment in segments])
-    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(close.size), lam)
+    line = line_roots(segments, p[close], scene.at(close))
     slack[close] = np.where(line.found, total_length(segments, p[close], line) - 1, np.inf)
     return slack, close, line
 

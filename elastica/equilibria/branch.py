@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 from scipy.optimize.elementwise import find_root
 
 from elastica.equilibria.alternating import TAUT
-from elastica.equilibria.line import line_range
+from elastica.equilibria.lengths import LengthTable
+from elastica.equilibria.line import line_range, line_roots
 from elastica.equilibria.newton import Bracket, Roots, sign_known
-from elastica.equilibria.sweep import Table, every_root, line_force
+from elastica.equilibria.sweep import every_root
 from elastica.pendulum.segments import arc, geometry, pendulum, shortening, steepest
 from elastica.scene import Scene
 from elastica.state import Segment
@@ -223,7 +224,7 @@ class Loads:
         self.first, self.last = root_p[0] ** 2, root_p[-1] ** 2
         p, self.gap = (grid.ravel() for grid in np.meshgrid(root_p**2, np.arange(scene.size), indexing="ij"))
         self.scene = scene
-        self.table = Table(p, scene.at(self.gap))
+        self.table = LengthTable(p, scene.at(self.gap))
         self._folds = {}
 
     def line_range(self, segments):
@@ -259,9 +260,9 @@ class Loads:
         """Where branches leave κ = 0: at the load from which on the strip is longer than its line shapes."""
         p = self.line_range(segments).first
         gap = np.flatnonzero(np.isfinite(p))
-        p, scene = p[gap], self.scene.at(gap)
-        lam = np.stack([line_force(segment, p, scene) for segment in segments])
-        points = Points(np.isfinite(lam).all(axis=0), np.zeros(gap.size), p, lam)
+        p = p[gap]
+        line = line_roots(segments, p, self.scene.at(gap))
+        points = Points(line.found, line.kappa, p, line.lam)
         points.found[:] &= below_right_angle(segments, points)
         return Branch.of(segments, self.scene, gap, points)
 

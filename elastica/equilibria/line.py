@@ -1,7 +1,9 @@
 """The line regime along the load: where segments exist at κ = 0, and where the strip is long enough for them.
 
-The rise of a segment at κ = 0 has a greatest value, so its line shapes end at a fold at a load of their own.
-Its length falls with the load: the strip is long enough from one load on, if it is at any below the fold.
+The length of segments at κ = 0 falls with the load: the strip is long enough from one load on, if it is at
+any before their shapes fold.
+
+Not here: one such segment (`pendulum.line`).
 """
 
 from typing import NamedTuple
@@ -9,13 +11,20 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.equilibria.sweep import LINE_FOLD, line_force
-from elastica.pendulum.segments import arc, geometry, length, pendulum, shortening
+from elastica.equilibria.newton import Roots
+from elastica.pendulum.line import line_fold, line_force, line_shape
+from elastica.pendulum.segments import length, shortening
 
-EDGE_STEPS, NEARLY_THERE = 14, 0.98
-"""Steps towards the fold of a segment on a spring, and the part of the way to it that each may go."""
-INSIDE = 1e-13
-"""Relative distance from the fold at which the last shapes are looked at: there they are still told apart."""
+
+def line_roots(segments, p, scene):
+    """The segments at κ = 0, wherever all exist.
+
+    Returns
+    -------
+    Roots
+        Of n points.
+    """
+    return Roots.of_lines([line_force(segment.kind, p, scene.rise(segment)) for segment in segments])
 
 
 class LineRange(NamedTuple):
@@ -54,7 +63,7 @@ def line_range(segments, scene, smallest, largest, folds):
     LineRange
     """
     for segment in segments.keys() - folds.keys():
-        folds[segment] = _fold(segment, scene, smallest, largest)
+        folds[segment] = line_fold(segment.kind, scene.rise(segment), smallest, largest)
     last = np.min([folds[segment] for segment in segments], axis=0)
     ends, last = last < largest, np.minimum(last, largest)
     first = np.full(last.size, np.nan)
@@ -67,40 +76,6 @@ def line_range(segments, scene, smallest, largest, folds):
     root = find_root(room, (low, last[enough]), args=(enough,))
     first[enough] = np.where(root.success, root.x, last[enough])
     return LineRange(first, last, ends)
-
-
-def _fold(segment, scene, smallest, largest):
-    """Thrust at which the line shapes of one segment fold, shape (n,); infinite if above `largest`."""
-    n = scene.size
-    if not segment.rise:
-        return np.full(n, np.inf)
-    if not segment.kind.springs:
-        quarters = segment.kind.first + segment.kind.second
-        p = (LINE_FOLD * quarters * np.pi / 2 / scene.rise(segment)) ** 2 * (1 - INSIDE)
-        return np.where(p < largest, p, np.inf)
-    last = np.full(n, np.inf)
-    at = np.flatnonzero(~np.isfinite(line_force(segment, np.full(n, largest), scene)))
-    scene = scene.at(at)
-    inside, outside = np.full(at.size, smallest), np.full(at.size, largest)
-    before, slope_before = 0.5 * inside, _slope(segment, 0.5 * inside, scene)
-    slope = _slope(segment, inside, scene)
-    for _ in range(EDGE_STEPS):
-        # The square of the slope falls to zero there nearly in proportion to the distance.
-        ahead = inside + NEARLY_THERE * slope * (inside - before) / (slope_before - slope)
-        ahead = np.where((ahead > inside) & (ahead < outside), ahead, 0.5 * (inside + outside))
-        there = _slope(segment, ahead, scene)
-        good = np.isfinite(there)
-        before, slope_before = np.where(good, inside, before), np.where(good, slope, slope_before)
-        inside, outside = np.where(good, ahead, inside), np.where(good, outside, ahead)
-        slope = np.where(good, there, slope)
-    last[at] = inside
-    return last
-
-
-def _slope(segment, p, scene):
-    """Square of the slope d(rise)/dλ of line shapes, in units of the load; NaN beyond their fold."""
-    piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, scene)))
-    return (geometry(piece).rise_lam * p**1.5) ** 2
 
 
 def line_shapes(segments, p, scene):
@@ -120,7 +95,7 @@ def line_shapes(segments, p, scene):
     """
     shorter, room = 0.0, 1.0
     for segment, count in segments.items():
-        piece = arc(segment.kind, pendulum(p, np.zeros_like(p), line_force(segment, p, scene)))
-        shorter = shorter + count * shortening(piece)
-        room = room - count * length(piece)
+        shape = line_shape(segment.kind, p, scene.rise(segment))
+        shorter = shorter + count * shortening(shape)
+        room = room - count * length(shape)
     return shorter, room

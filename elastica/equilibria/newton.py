@@ -11,13 +11,16 @@ so the Jacobian is an arrow, and eliminating the λ_j leaves one pivot, ΣnD = �
     [              ∂d_2/∂λ_2           ∂d_2/∂κ ]
     [ n_1 ∂ℓ_1/∂λ_1   n_2 ∂ℓ_2/∂λ_2   Σ n ∂ℓ/∂κ ]
 
-Not here: where to start (`equilibrium`, `sweep`). No point depends on its neighbours.
+No point depends on its neighbours.
+
+Not here: where to start (`alternating`, `sweep`).
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
+from elastica.convergence import diverged, small, stagnated
 from elastica.pendulum.segments import arc, below_right_angle, geometry, length, pendulum
 
 MOST_STEPS = 60
@@ -35,6 +38,12 @@ class Roots(NamedTuple):
     def none(cls, segments, n):
         """No root anywhere."""
         return cls(np.zeros(n, bool), np.full(n, np.nan), np.full((len(segments), n), np.nan))
+
+    @classmethod
+    def of_lines(cls, forces):
+        """Line states, κ = 0, of segments with these λ (n,): wherever all are numbers."""
+        lam = np.stack(forces)
+        return cls(np.isfinite(lam).all(axis=0), np.zeros(lam.shape[1]), lam)
 
     def at(self, where):
         """The roots at some of the points."""
@@ -92,13 +101,13 @@ def newton(segments, p, scene, kappa, lam, bracket=None, fixed_kappa=False, most
         roots.kappa[live] = kappa_ + step_kappa
         roots.lam[:, live] = lam_ + step_lam
         # A step to the middle is small when the interval is, whatever is in it.
-        converged = _small(size) & (~replaced | _met(arrow.excess))
-        converged |= _stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess))
+        converged = small(size) & (~replaced | _met(arrow.excess))
+        converged |= stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess))
         if not fixed_kappa:
-            converged |= _exact(arrow.excess) & _small(rises)
+            converged |= _exact(arrow.excess) & small(rises)
         roots.found[live] = converged
         previous[live] = size
-        live = live[~converged & ~_diverged(size)]
+        live = live[~converged & ~diverged(size)]
     return roots
 
 
@@ -218,11 +227,6 @@ def _relative(step_kappa, step_lam, p, kappa, lam):
     return step / scale
 
 
-def _small(size):
-    """Quadratic convergence: the step after one of 1e-9 is below rounding."""
-    return size < 1e-9
-
-
 def sign_known(excess, rises):
     """Whether rises that are off by the relative size `rises` leave the sign of an excess to second order.
 
@@ -243,12 +247,3 @@ def _met(excess):
 def _exact(excess):
     """Length met to rounding: near a fold or a Euler load κ still moves, but in noise."""
     return np.abs(excess) <= 4 * ROUNDING
-
-
-def _stagnated(size, previous):
-    """Steps that are rounding noise of an ill-conditioned point: small, and no longer shrinking."""
-    return (size < 1e-5) & (size > 0.5 * previous)
-
-
-def _diverged(size):
-    return ~np.isfinite(size)

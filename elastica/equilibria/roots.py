@@ -15,9 +15,10 @@ from elastica.equilibria.admissibility import clearance
 from elastica.equilibria.alternating import alternating, is_longer
 from elastica.equilibria.branch import free_branch
 from elastica.equilibria.euler import euler_root
+from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.newton import Bracket, Roots, newton, total_length
 from elastica.equilibria.periods import Group, groups, most_periods, unsearched
-from elastica.equilibria.sweep import Table, every_root
+from elastica.equilibria.sweep import every_root
 from elastica.pendulum.elliptic import complementary_parameter
 from elastica.pendulum.segments import arc, pendulum
 
@@ -79,8 +80,8 @@ def find(state, p, scene):
         Where it was not found, but may lie beyond the end of the search (see `every`).
     """
     unfollowed = np.zeros(p.size, bool)
-    if state.mode or (state.root == 1 and not state.line and alternates(state, scene.ends)):
-        plain = first(state, Table(p, scene))
+    if state.mode or (state.root == 1 and not state.line and has_single_root(state, scene.ends)):
+        plain = first(state, LengthTable(p, scene))
         there = np.full(p.size, bool(state.mode))
         there[plain.point] = True
         if there.all():
@@ -88,7 +89,7 @@ def find(state, p, scene):
         missing = np.flatnonzero(~there)
         p, scene = p[missing], scene.at(missing)
         others, beyond = _others(state, p, scene)
-        beyond |= _taut(state, Table(p, scene))
+        beyond |= _taut(state, LengthTable(p, scene))
         others, unfollowed[missing] = of_root(state, numbered([others]), beyond)
         return _sorted([plain, others._replace(point=missing[others.point])]), unfollowed
     return of_root(state, *every(state, p, scene))
@@ -126,7 +127,7 @@ def every(state, p, scene, table=None):
     p : ndarray, shape (n,)
     scene : Scene
         Of the n points.
-    table : Table, optional
+    table : LengthTable, optional
         Of the same points, shared between words.
 
     Returns
@@ -136,19 +137,19 @@ def every(state, p, scene, table=None):
         Where there may be more beyond the end of the search: at 90°, at a taut string or at the most further
         periods. What would have to pull or to pass a wall there does not count.
     """
-    points = table or Table(p, scene)
+    points = table or LengthTable(p, scene)
     if state.line:
         return _lines(state, points), unsearched(state, p, scene)
     others, beyond = _others(state, p, scene, table)
-    if not alternates(state, scene.ends):
+    if not has_single_root(state, scene.ends):
         return numbered([others]), beyond
     plain = first(state, points)
     lost = np.setdiff1d(np.arange(p.size), plain.point, assume_unique=True)
-    beyond[lost] |= _taut(state, Table(p[lost], scene.at(lost)))
+    beyond[lost] |= _taut(state, LengthTable(p[lost], scene.at(lost)))
     return numbered([plain, others]), beyond
 
 
-def alternates(state, ends):
+def has_single_root(state, ends):
     """Whether all segments are of kind S: their length falls with κ, so there is one root at most."""
     return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
@@ -159,8 +160,8 @@ def first(state, table):
     Parameters
     ----------
     state : State
-        A free shape, or a contact word that `alternates`.
-    table : Table
+        A free shape, or a contact word of which `has_single_root` is true.
+    table : LengthTable
         Of the points.
 
     Returns
@@ -176,7 +177,7 @@ def first(state, table):
 
 
 def _taut(state, table):
-    """Whether a word that alternates has its root all the same where it was not found: a taut string."""
+    """Whether a word that has_single_root has its root all the same where it was not found: a taut string."""
     (group,) = groups(state, table.scene.ends, 0)
     return is_longer(group.segments, table)
 
@@ -188,13 +189,13 @@ def _others(state, p, scene, table=None):
     """
     ends = scene.ends
     found, beyond = [], unsearched(state, p, scene)
-    least = int(alternates(state, ends))
+    least = int(has_single_root(state, ends))
     pressed = np.flatnonzero(p > 0)
     if table is None:
         # By load, so that few of them share a chunk with loads that have room for more periods.
         pressed = pressed[np.argsort(p[pressed], kind="stable")]
     for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
-        shared = table or Table(p[points], scene.at(points))
+        shared = table or LengthTable(p[points], scene.at(points))
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
                 sweep = every_root(group.segments, shared)
@@ -224,8 +225,7 @@ def _lines(state, table):
     p, ends = table.p, table.scene.ends
     for periods in range(most_periods(state, ends, p) + 1):
         for group in groups(state, ends, periods):
-            lam = np.stack([table.line_force(segment) for segment in group.segments])
-            roots = Roots(np.isfinite(lam).all(axis=0), np.zeros_like(p), lam)
+            roots = table.line_roots(group.segments)
             if periods:
                 roots.found[:] &= total_length(group.segments, p, roots) <= 1
             there = np.flatnonzero(roots.found)

@@ -12,11 +12,10 @@ from scipy.optimize.elementwise import find_root
 from elastica.equilibria.alternating import alternating
 from elastica.equilibria.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.line import line_shapes
+from elastica.equilibria.line import line_roots, line_shapes
 from elastica.equilibria.newton import Bracket, Roots
 from elastica.equilibria.periods import Group, groups
-from elastica.equilibria.roots import LARGEST_K, alternates, no_equilibria, numbered, periodic, spread
-from elastica.equilibria.sweep import line_force
+from elastica.equilibria.roots import LARGEST_K, has_single_root, no_equilibria, numbered, periodic, spread
 from elastica.pendulum.elliptic import integrals, parameter_of_shortening
 
 MOST_PERIODS = 3
@@ -66,7 +65,7 @@ class Targets:
                 if state.line:
                     which, p, roots = self._line(group.segments, most)
                 else:
-                    alternate = not periods and alternates(state, ends)
+                    alternate = not periods and has_single_root(state, ends)
                     which, p, roots = self._point(group.segments, alternate, most)
                 found.append(spread(state.segments(ends), group, which, roots, p))
         return numbered(found), self.shortening > most[self.gap]
@@ -108,9 +107,9 @@ class Targets:
             return line_shapes(segments, p, scene.at(at))[0] - target[at]
 
         p = find_root(excess, (low, high), args=(np.arange(which.size),)).x
-        lam = np.stack([line_force(segment, p, scene) for segment in segments])
-        good = np.isfinite(lam).all(axis=0)
-        return which[good], p[good], Roots(good, np.zeros_like(p), lam).at(good)
+        roots = line_roots(segments, p, scene)
+        good = roots.found
+        return which[good], p[good], roots.at(good)
 
     def _free(self, state):
         """Free buckling: a branch that does not depend on the gap."""

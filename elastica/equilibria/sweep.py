@@ -1,20 +1,19 @@
-"""Every root of many words at once: tabulate the length of each kind of segment along κ, then sum.
+"""Every root of many words at once: sum the lengths of their segments along κ, and refine where they make 1.
 
-At a point (p, H) a word is a sum of lengths of few kinds of segment, each a function of κ alone once its
-rise is met. The lengths, with their derivatives D, are tabulated once at nodes of κ shared by all kinds; the
-roots of any sum of them are bracketed from the table and refined on the exact functions (`newton`).
+At a point a word is a sum of lengths of few kinds of segment, each a function of κ alone once its rise is
+met. The roots of any sum are bracketed from the table of lengths (`lengths`) and refined on the exact
+functions (`newton`). Two roots next to a fold may lie between two nodes: there the sum is followed to its
+extreme.
 
-Every kind begins at κ = 0 with its line shape, and the rise at which it reaches 90° falls with κ: below 90°
-its range is one interval from κ = 0.
+Not here: what is steeper than 90° (`alternating`).
 """
 
-from functools import cache, cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from elastica.equilibria.lengths import NEARLY, NODE_STEPS
 from elastica.equilibria.newton import (
-    ROUNDING,
     Bracket,
     Roots,
     arrow_system,
@@ -22,249 +21,13 @@ from elastica.equilibria.newton import (
     newton,
     total_length,
 )
-from elastica.pendulum.elliptic import integrals
-from elastica.pendulum.segments import arc, below_right_angle, geometry, pendulum, steepest
-from elastica.scene import Scene
 
-NODES = 32
-NODE_STEPS = 8
-GOOD_STEP = 1e-3
-"""Relative step of λ after which a node's length, corrected to first order, is good to 1e-6."""
 EXTREMUM_STEPS = 8
 DIP = 0.25
 """An extremum is looked at when the estimate of its height misses zero by no more than this part of its
 distance from the nodes."""
 UNSURE, DIP_ERROR = 1e-4, 3e-6
 """|Σnℓ − 1| of nodes below which the table is not relied on; error of the height of an extremum between."""
-NEARLY = 1e-2
-"""Relative error that lengths interpolated in the table, or their nodes, certainly keep."""
-SHARES = np.linspace(0, 1, NODES)
-SCALED_GRID = np.concatenate([np.arange(-23.0, -1.4, 0.1), np.arange(-1.3, 3.5, 0.02)])
-"""Values of ln(H√p) of the scaled tables."""
-BEYOND = 2.0
-"""Angle in radians up to which scaled tables go, so that they can be interpolated at 90°."""
-LARGEST_RISE = 3.3054 / 4
-"""√p times the rise at κ = 0 and 90°, a quarter of a period's."""
-LINE_FOLD = 0.5281603073179724
-"""H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
-beyond it there are none. A segment from a pin ends at half of it."""
-LINE_FOLD_ANGLE = np.radians(47.761)
-LINE_NODES = 200
-
-
-def line_force(segment, p, scene):
-    """λ of one segment at κ = 0, from the small-deflection form on; NaN where it has none before its fold.
-
-    The rise is a concave function of λ up to the fold of the line states, so Newton climbs to the
-    root without passing it.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
-    kind, rise = segment.kind, scene.rise(segment)
-    if not segment.rise:
-        return np.zeros_like(p)
-    root_p = np.sqrt(p)
-    phase, jump = (kind.first + kind.second) * np.pi / 2, 0.0
-    fold = LINE_FOLD * phase / (2 * np.pi)
-    for c, sigma in kind.springs:
-        eta = 2 * np.arctan(root_p / c) - np.pi / 2 if sigma > 0 else np.pi / 2
-        phase, jump = phase - eta, np.cos(eta)
-        fold = np.inf
-    start = p * root_p * rise / (phase + jump)
-    below = np.flatnonzero((rise * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0))
-    p = p[below]
-    line = newton({segment: 1}, p, scene.at(below), np.zeros_like(p), start[None, below], fixed_kappa=True)
-    before_fold = geometry(arc(kind, pendulum(p, line.kappa, line.lam[0]))).rise_lam > 0
-    lam = np.full_like(start, np.nan)
-    lam[below] = np.where(line.found & before_fold, line.lam[0], np.nan)
-    return lam
-
-
-def rough_line_length(segment, p, scene):
-    """Length of a segment at κ = 0 to 1e-3; infinite beyond the fold, NaN next to it and on springs.
-
-    Such a segment is a number of equal quarters of a period, with √p ℓ = K √cos α and
-    √p d = sin α √cos α (2E − K) each, m = sin²(α/2).
-
-    Returns
-    -------
-    ndarray, shape (n,)
-    """
-    if segment.kind.springs:
-        return np.full_like(p, np.nan)
-    if not segment.rise:
-        return np.zeros_like(p)
-    root_p = np.sqrt(p)
-    quarters = segment.kind.first + segment.kind.second
-    rises, lengths = _quarters()
-    rise = root_p * scene.rise(segment) / quarters
-    length = np.interp(rise, rises, lengths, right=np.nan)
-    length[rise > rises[-1] * (1 + NEARLY)] = np.inf
-    return quarters * length / root_p
-
-
-@cache
-def _quarters():
-    alpha = np.linspace(0, LINE_FOLD_ANGLE, LINE_NODES)
-    m1 = np.cos(alpha / 2) ** 2
-    K, DK, _, _ = integrals(m1, np.zeros_like(alpha), np.ones_like(alpha))
-    stretch = np.sqrt(np.cos(alpha))
-    return np.sin(alpha) * stretch * (K - 2 * (1 - m1) * DK), K * stretch
-
-
-class Lengths(NamedTuple):
-    """One kind of segment along the nodes of κ: λ, length and D, shape (nodes, n); NaN out of range.
-
-    `shortest` and `longest` are the extremes of the length over the nodes, `last` is the last node in range,
-    −1 if there is none, shape (n,).
-    """
-
-    lam: np.ndarray
-    length: np.ndarray
-    D: np.ndarray
-    shortest: np.ndarray
-    longest: np.ndarray
-    last: np.ndarray
-
-    @classmethod
-    def of(cls, lam, length, D):
-        """Cut what follows the first node past the range, and find the extremes."""
-        known = ~np.isnan(length)
-        shortest = np.where(known, length, np.inf).min(axis=0)
-        longest = np.where(known, length, -np.inf).max(axis=0)
-        last = np.logical_and.accumulate(known, axis=0).sum(axis=0) - 1
-        return cls(lam, length, D, shortest, longest, last)
-
-
-class Table:
-    """Lengths of kinds of segment at n points, each computed when it is first needed.
-
-    Nodes are graded: fine below κ = pH, where a segment leaves its line shape, coarse up to
-    κ = √(2p), where a segment without reaction reaches 90°.
-
-    Parameters
-    ----------
-    p : ndarray, shape (n,)
-        Positive.
-    scene : Scene
-    """
-
-    def __init__(self, p, scene):
-        self.p, self.scene = p, scene
-        self._known, self._forces = {}, {}
-
-    @cached_property
-    def kappa(self):
-        """Nodes of κ, shape (nodes, n)."""
-        return _nodes(self.p, self.scene)
-
-    def line_force(self, segment):
-        """λ of a segment at κ = 0, shape (n,); NaN where it has none before its fold."""
-        if segment not in self._forces:
-            self._forces[segment] = line_force(segment, self.p, self.scene)
-        return self._forces[segment]
-
-    def of(self, segment):
-        """Lengths of a segment, up to its first node past 90°."""
-        if segment not in self._known:
-            if segment.kind.springs:
-                self._known[segment] = Lengths.of(*follow(segment, self.p, self.scene, np.pi / 2))
-            else:
-                self._known[segment] = self._interpolate(segment)
-        return self._known[segment]
-
-    def _interpolate(self, segment):
-        """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
-        root_p = np.sqrt(self.p)
-        scaled = self.scene._replace(H=self.scene.H * root_p)
-        lam, length, D = _scaled_table(segment)(scaled.H)
-        past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
-        past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
-        length[1:][past[:-1]] = np.nan
-        # Next to its end the scaled table has gaps: there the segment is followed itself.
-        gap = np.isnan(length[0]) & (
-            scaled.rise(segment) <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
-        )
-        gap |= (np.isnan(length[1:]) & ~past[:-1] & ~np.isnan(length[:-1])).any(axis=0)
-        lam, length, D = lam * self.p, length / root_p, D / self.p
-        points = np.flatnonzero(gap)
-        if points.size:
-            exact = follow(segment, self.p[points], self.scene.at(points), np.pi / 2)
-            lam[:, points], length[:, points], D[:, points] = exact
-        return Lengths.of(lam, length, D)
-
-
-def _nodes(p, scene):
-    grade = 0.25 * p * scene.H
-    return grade * np.sinh(SHARES[:, None] * np.arcsinh(1.001 * np.sqrt(2 * p) / grade))
-
-
-@cache
-def _scaled_table(segment):
-    """Interpolant of λ, length and D at the nodes for p = 1 over ln H, by cubics through four neighbours."""
-    H = np.exp(SCALED_GRID)
-    lam, length, D = follow(segment, np.ones_like(H), Scene(None, H), BEYOND)
-    # In these units all three stay finite as H → 0.
-    table = np.stack([lam / H, length, D * H])
-    table[:, np.isnan(length)] = np.nan
-    table = np.ascontiguousarray(table.transpose(2, 1, 0))
-
-    def interpolate(H):
-        place = np.interp(np.log(H), SCALED_GRID, np.arange(SCALED_GRID.size))
-        cell = np.clip(place.astype(int), 1, SCALED_GRID.size - 3)
-        x = np.log(H)
-        values = 0.0
-        for i in range(-1, 3):
-            weight = np.ones_like(H)
-            for j in range(-1, 3):
-                if i != j:
-                    weight *= (x - SCALED_GRID[cell + j]) / (SCALED_GRID[cell + i] - SCALED_GRID[cell + j])
-            values = values + weight[:, None, None] * table[cell + i]
-        lam, length, D = values.transpose(2, 1, 0)
-        outside = (x < SCALED_GRID[0]) | (x > SCALED_GRID[-1])
-        length[:, outside] = np.nan
-        return lam * H, length, D / H
-
-    return interpolate
-
-
-def follow(segment, p, scene, steepest_angle):
-    """λ, length and D of a segment at the nodes, shape (nodes, n), up to the first past an angle."""
-    nodes = _nodes(p, scene)
-    lam, length, D = np.full((3, *nodes.shape), np.nan)
-    force = line_force(segment, p, scene)
-    alive = np.flatnonzero(np.isfinite(force))
-    force = force[alive]
-    for node, kappa in enumerate(nodes):
-        here = _settle(segment, p[alive], scene.at(alive), kappa[alive], force)
-        lam[node, alive], length[node, alive], D[node, alive] = here[:3]
-        if node + 1 == NODES:
-            break
-        force, along, swing = here[0], here[3], here[4]
-        goes_on = np.isfinite(here[1]) & (swing < steepest_angle)
-        force = (force + along * (nodes[node + 1, alive] - kappa[alive]))[goes_on]
-        alive = alive[goes_on]
-    return lam, length, D
-
-
-def _settle(segment, p, scene, kappa, lam):
-    """λ, length, D, dλ/dκ and the steepest angle of a segment at fixed κ."""
-    rise, lam = scene.rise(segment), lam.copy()
-    length, D, along = np.full((3, p.size), np.nan)
-    live = np.arange(p.size)
-    for _ in range(NODE_STEPS):
-        g = geometry(arc(segment.kind, pendulum(p[live], kappa[live], lam[live])))
-        step = (rise[live] - g.rise) / g.rise_lam
-        lam[live] += step
-        length[live], D[live] = g.length + g.length_lam * step, g.D
-        along[live] = -g.rise_kappa / g.rise_lam
-        live = live[np.abs(step) > GOOD_STEP * p[live]]
-        if not live.size:
-            break
-    length[live] = np.nan
-    return lam, length, D, along, steepest(segment.kind, pendulum(p, kappa, lam))
 
 
 class Sweep(NamedTuple):
@@ -293,7 +56,7 @@ def every_root(segments, table):
     Parameters
     ----------
     segments : Mapping of Segment to int
-    table : Table
+    table : LengthTable
 
     Returns
     -------
@@ -373,8 +136,7 @@ def _sharpen_start(segments, table, near, excess):
     """Replace Σnℓ − 1 at κ = 0 by its exact value where the table cannot tell its sign."""
     unsure = np.flatnonzero(np.abs(excess[0]) < NEARLY)
     points = near[unsure]
-    lam = np.stack([table.line_force(segment)[points] for segment in segments])
-    line = Roots(np.isfinite(lam).all(axis=0), np.zeros(points.size), lam)
+    line = table.line_roots(segments).at(points)
     excess[0, unsure] = total_length(segments, table.p[points], line) - 1
 
 

@@ -17,9 +17,9 @@ from elastica.codes import Stability, Status
 from elastica.ends import Ends
 from elastica.equilibria.branch import Points, free_branch, settle
 from elastica.equilibria.euler import euler_root
+from elastica.equilibria.line import line_roots
 from elastica.equilibria.periods import Group
 from elastica.equilibria.roots import spread
-from elastica.equilibria.sweep import line_force
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
 from elastica.solution import solution_of, solve
@@ -258,8 +258,8 @@ def _solved(arc, t, p, lam):
     scene = Scene(arc.ends, np.full(t.size, arc.H))
     with np.errstate(all="ignore"):
         if arc.state.line:
-            lam = np.stack([line_force(segment, t**2, scene) for segment in arc.group.segments])
-            points = Points(np.isfinite(lam).all(axis=0), np.zeros_like(t), t**2, lam)
+            line = line_roots(arc.group.segments, t**2, scene)
+            points = Points(line.found, line.kappa, t**2, line.lam)
         else:
             points = settle(arc.group.segments, scene, t, p, lam)
         plain = arc.state.segments(arc.ends)

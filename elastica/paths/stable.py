@@ -9,8 +9,8 @@ import numpy as np
 
 from elastica.codes import Stability
 from elastica.ends import parse_ends
-from elastica.equilibria.roots import alternates, first
-from elastica.equilibria.sweep import Table
+from elastica.equilibria.lengths import LengthTable
+from elastica.equilibria.roots import first, has_single_root
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
 from elastica.solution import solution_of, solve
@@ -43,10 +43,10 @@ def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped
     """
     ends = parse_ends(ends)
     parsed = parse_state(state, ends)
-    if parsed.word and parsed.root == 1 and not parsed.line and alternates(parsed, ends):
+    if parsed.word and parsed.root == 1 and not parsed.line and has_single_root(parsed, ends):
         at = np.flatnonzero((P > 0) & (H > 0))
         with np.errstate(all="ignore"):
-            found = first(parsed, Table(FOUR_PI_SQUARED * P[at], Scene(ends, H[at])))
+            found = first(parsed, LengthTable(FOUR_PI_SQUARED * P[at], Scene(ends, H[at])))
             at = at[found.point]
             solution = solution_of(parsed, ends, "P", P[at], H[at], found)
     else:

@@ -13,11 +13,10 @@ from elastica.codes import Event
 from elastica.equilibria.alternating import alternating
 from elastica.equilibria.branch import Loads, Points, bordered, free_branch, settle, steepest_angle
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.newton import Roots
+from elastica.equilibria.line import line_roots
 from elastica.equilibria.periods import Group, groups, most_periods
-from elastica.equilibria.roots import alternates, periodic, spread
+from elastica.equilibria.roots import has_single_root, periodic, spread
 from elastica.equilibria.shortening_control import MOST_PERIODS
-from elastica.equilibria.sweep import line_force
 from elastica.pendulum.elliptic import integrals
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
@@ -60,7 +59,7 @@ def tracks(state, ends, H, control, P_max):
                 samples = _line_samples(loads, group.segments)
             else:
                 known = None
-                if not periods and alternates(state, ends):
+                if not periods and has_single_root(state, ends):
                     roots = alternating(group.segments, loads.table)
                     place = np.flatnonzero(roots.found)
                     known = place, roots.at(place)
@@ -175,12 +174,11 @@ def _line_track(state, ends, H, control, group, samples):
 
     def at(samples, t):
         gaps = H[gap[samples]]
-        lam = np.stack([line_force(segment, t, Scene(ends, gaps)) for segment in group.segments])
-        good = np.isfinite(lam).all(axis=0)
-        found = spread(state.segments(ends), group, np.arange(t.size), Roots(good, np.zeros_like(t), lam), t)
+        roots = line_roots(group.segments, t, Scene(ends, gaps))
+        found = spread(state.segments(ends), group, np.arange(t.size), roots, t)
         solution = solution_of(state, ends, control, None, gaps, found)
         flat = solution.flat_length
-        return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), good
+        return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), roots.found
 
     contacts = (Event.REACTION_LOST,) * len(state.word)
     events = (*contacts, Event.WALL_TOUCHED, Event.RIGHT_ANGLE, Event.POINT_TO_LINE, Event.FLAT_BUCKLES)

@@ -25,7 +25,7 @@ from scipy.optimize.elementwise import find_root
 from elastica.codes import Event, Status
 from elastica.ends import Ends, parse_ends
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.roots import alternates, every
+from elastica.equilibria.roots import every, has_single_root
 from elastica.equilibria.shortening_control import Targets
 from elastica.finding import search
 from elastica.inputs import read_number, read_numbers
@@ -292,7 +292,7 @@ def _number(state, ends, solution, wanted):
     own = np.flatnonzero(wanted)
     if state.mode:
         numbers[own] = 1
-    elif own.size and alternates(state, ends) and not solution.periods[own].any():
+    elif own.size and has_single_root(state, ends) and not solution.periods[own].any():
         # Next to its fold a search may miss it, but there is no other.
         numbers[own] = 1
     elif own.size:

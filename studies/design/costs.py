@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.ends import parse_ends
-from elastica.equilibria.roots import CHUNK, alternates
+from elastica.equilibria.roots import CHUNK, has_single_root
 from elastica.state import is_canonical, parse_state
 from studies.schema import coordinates, variables
 
@@ -94,7 +94,7 @@ def _factor(ends):
 
 def _has_closed_start(state, ends):
     """Whether a state is a line state, or one of a word that has a single root."""
-    return state.line or (state.root == 1 and alternates(state, ends))
+    return state.line or (state.root == 1 and has_single_root(state, ends))
 
 
 def bytes_of(study, task, points):

@@ -12,7 +12,7 @@ from scipy.optimize.elementwise import find_root
 
 from elastica.ends import parse_ends
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.sweep import LINE_FOLD
+from elastica.pendulum.line import FOLD
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solution import solve
 
@@ -69,7 +69,7 @@ def loads(event, H, ends="clamped-clamped"):
 
     # As H → 0 the free segments have √P ℓ = 1 (clamped) and ½ (pinned), and take less room than later.
     narrow = (2 - pins / 2 + flat_buckles) ** 2
-    fold = (LINE_FOLD / (2 if pins else 1) / H) ** 2
+    fold = (FOLD / (2 if pins else 1) / H) ** 2
     if event == "line_ends":
         begins = solve("U-", P=np.minimum(fold * (1 - 1e-5), 1e6), H=H, ends=ends).flat_length > 0
         return np.where(begins, fold, np.nan)

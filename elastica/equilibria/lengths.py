@@ -1,0 +1,186 @@
+"""How long segments are: the length of each kind along κ once its rise is met, at n points.
+
+A word's length is a sum of these (`sweep`). They are tabulated, with their derivatives D, at nodes of κ that
+all kinds share; those of segments without springs are interpolated from one table at p = 1.
+
+Every kind begins at κ = 0 with its line shape, and the rise at which it reaches 90° falls with κ: below 90°
+its range is one interval from κ = 0.
+"""
+
+from functools import cache, cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.equilibria.newton import Roots
+from elastica.pendulum.line import line_force
+from elastica.pendulum.segments import arc, below_right_angle, geometry, pendulum, steepest
+from elastica.scene import Scene
+
+NODES = 32
+SHARES = np.linspace(0, 1, NODES)
+NODE_STEPS = 8
+GOOD_STEP = 1e-3
+"""Relative step of λ after which a node's length, corrected to first order, is good to 1e-6."""
+NEARLY = 1e-2
+"""Relative error that lengths interpolated in the table, or their nodes, certainly keep."""
+SCALED_GRID = np.concatenate([np.arange(-23.0, -1.4, 0.1), np.arange(-1.3, 3.5, 0.02)])
+"""Values of ln(H√p) of the table at p = 1."""
+BEYOND = 2.0
+"""Angle in radians up to which that table goes, so that it can be interpolated at 90°."""
+LARGEST_RISE = 3.3054 / 4
+"""√p times the rise at κ = 0 and 90°, a quarter of a period's."""
+
+
+class SegmentLengths(NamedTuple):
+    """One kind of segment at the nodes of κ: λ, length and D, shape (nodes, n); NaN out of range.
+
+    `shortest` and `longest` are the extremes of the length over the nodes, `last` is the last node in range,
+    −1 if there is none, shape (n,).
+    """
+
+    lam: np.ndarray
+    length: np.ndarray
+    D: np.ndarray
+    shortest: np.ndarray
+    longest: np.ndarray
+    last: np.ndarray
+
+    @classmethod
+    def of(cls, lam, length, D):
+        """Cut what follows the first node past the range, and find the extremes."""
+        known = ~np.isnan(length)
+        shortest = np.where(known, length, np.inf).min(axis=0)
+        longest = np.where(known, length, -np.inf).max(axis=0)
+        last = np.logical_and.accumulate(known, axis=0).sum(axis=0) - 1
+        return cls(lam, length, D, shortest, longest, last)
+
+
+class LengthTable:
+    """Lengths of kinds of segment at n points, each computed when it is first needed.
+
+    Nodes are graded: fine below κ = pH, where a segment leaves its line shape, coarse up to
+    κ = √(2p), where a segment without reaction reaches 90°.
+
+    Parameters
+    ----------
+    p : ndarray, shape (n,)
+        Positive.
+    scene : Scene
+    """
+
+    def __init__(self, p, scene):
+        self.p, self.scene = p, scene
+        self._known, self._forces = {}, {}
+
+    @cached_property
+    def kappa(self):
+        """Nodes of κ, shape (nodes, n)."""
+        return _nodes(self.p, self.scene)
+
+    def line_roots(self, segments):
+        """The segments at κ = 0, wherever all exist: Roots of n points."""
+        for segment in segments:
+            if segment not in self._forces:
+                self._forces[segment] = line_force(segment.kind, self.p, self.scene.rise(segment))
+        return Roots.of_lines([self._forces[segment] for segment in segments])
+
+    def of(self, segment):
+        """Lengths of a segment, up to its first node past 90°."""
+        if segment not in self._known:
+            if segment.kind.springs:
+                self._known[segment] = SegmentLengths.of(*_follow(segment, self.p, self.scene, np.pi / 2))
+            else:
+                self._known[segment] = self._interpolate(segment)
+        return self._known[segment]
+
+    def _interpolate(self, segment):
+        """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
+        root_p = np.sqrt(self.p)
+        scaled = self.scene._replace(H=self.scene.H * root_p)
+        lam, length, D = _at_unit_load(segment)(scaled.H)
+        past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
+        past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
+        length[1:][past[:-1]] = np.nan
+        # Next to its end the scaled table has gaps: there the segment is followed itself.
+        gap = np.isnan(length[0]) & (
+            scaled.rise(segment) <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
+        )
+        gap |= (np.isnan(length[1:]) & ~past[:-1] & ~np.isnan(length[:-1])).any(axis=0)
+        lam, length, D = lam * self.p, length / root_p, D / self.p
+        points = np.flatnonzero(gap)
+        if points.size:
+            exact = _follow(segment, self.p[points], self.scene.at(points), np.pi / 2)
+            lam[:, points], length[:, points], D[:, points] = exact
+        return SegmentLengths.of(lam, length, D)
+
+
+def _nodes(p, scene):
+    grade = 0.25 * p * scene.H
+    return grade * np.sinh(SHARES[:, None] * np.arcsinh(1.001 * np.sqrt(2 * p) / grade))
+
+
+@cache
+def _at_unit_load(segment):
+    """Interpolant of λ, length and D at the nodes for p = 1 over ln H, by cubics through four neighbours."""
+    H = np.exp(SCALED_GRID)
+    lam, length, D = _follow(segment, np.ones_like(H), Scene(None, H), BEYOND)
+    # In these units all three stay finite as H → 0.
+    table = np.stack([lam / H, length, D * H])
+    table[:, np.isnan(length)] = np.nan
+    table = np.ascontiguousarray(table.transpose(2, 1, 0))
+
+    def interpolate(H):
+        place = np.interp(np.log(H), SCALED_GRID, np.arange(SCALED_GRID.size))
+        cell = np.clip(place.astype(int), 1, SCALED_GRID.size - 3)
+        x = np.log(H)
+        values = 0.0
+        for i in range(-1, 3):
+            weight = np.ones_like(H)
+            for j in range(-1, 3):
+                if i != j:
+                    weight *= (x - SCALED_GRID[cell + j]) / (SCALED_GRID[cell + i] - SCALED_GRID[cell + j])
+            values = values + weight[:, None, None] * table[cell + i]
+        lam, length, D = values.transpose(2, 1, 0)
+        outside = (x < SCALED_GRID[0]) | (x > SCALED_GRID[-1])
+        length[:, outside] = np.nan
+        return lam * H, length, D / H
+
+    return interpolate
+
+
+def _follow(segment, p, scene, steepest_angle):
+    """λ, length and D of a segment at the nodes, shape (nodes, n), up to the first past an angle."""
+    nodes = _nodes(p, scene)
+    lam, length, D = np.full((3, *nodes.shape), np.nan)
+    force = line_force(segment.kind, p, scene.rise(segment))
+    alive = np.flatnonzero(np.isfinite(force))
+    force = force[alive]
+    for node, kappa in enumerate(nodes):
+        here = _at_node(segment, p[alive], scene.at(alive), kappa[alive], force)
+        lam[node, alive], length[node, alive], D[node, alive] = here[:3]
+        if node + 1 == NODES:
+            break
+        force, along, swing = here[0], here[3], here[4]
+        goes_on = np.isfinite(here[1]) & (swing < steepest_angle)
+        force = (force + along * (nodes[node + 1, alive] - kappa[alive]))[goes_on]
+        alive = alive[goes_on]
+    return lam, length, D
+
+
+def _at_node(segment, p, scene, kappa, lam):
+    """λ, length, D, dλ/dκ and the steepest angle of a segment at fixed κ."""
+    rise, lam = scene.rise(segment), lam.copy()
+    length, D, along = np.full((3, p.size), np.nan)
+    live = np.arange(p.size)
+    for _ in range(NODE_STEPS):
+        g = geometry(arc(segment.kind, pendulum(p[live], kappa[live], lam[live])))
+        step = (rise[live] - g.rise) / g.rise_lam
+        lam[live] += step
+        length[live], D[live] = g.length + g.length_lam * step, g.D
+        along[live] = -g.rise_kappa / g.rise_lam
+        live = live[np.abs(step) > GOOD_STEP * p[live]]
+        if not live.size:
+            break
+    length[live] = np.nan
+    return lam, length, D, along, steepest(segment.kind, pendulum(p, kappa, lam))
