@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 from elastica.codes import Stability, Status
 from elastica.control import read_control
 from elastica.ends import Ends, parse_ends
+from elastica.equilibria.buckled import unresolved_load
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.roots import find, of_root, unresolved_load
+from elastica.equilibria.roots import find, of_root
 from elastica.equilibria.shortening_control import Targets
 from elastica.inputs import broadcast
 from elastica.properties import bent, straight

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from elastica.equilibria.buckled import just_touching
 from elastica.equilibria.line import line_roots
 from elastica.equilibria.newton import ROUNDING, Roots, below_right_angles, newton, regular, total_length
-from elastica.pendulum.elliptic import complementary_parameter
 from elastica.pendulum.line import rough_line_length
 from elastica.scene import Scene
 
@@ -36,8 +36,6 @@ FAR, NEAR = 1 / 16, 1 / 2
 """First step as a share of the way, from narrow walls and from walls that are only a little nearer."""
 TAUT = 5.0
 """Pull −λ in multiples of p with which a strip steeper than 90° is a taut string rather than a bent strip."""
-ENDS_MEET_K = 2.3210497325
-"""K(m) where K = 2E: the ends of the free shape meet."""
 STRIPS, GAPS, TABLE_STEPS = 64, 20, 60
 """Strips and gaps of a table of widening walls, and steps on its way: all but taut strings need fewer."""
 LAST_SHARE = 0.97
@@ -94,7 +92,7 @@ def alternating(segments, table):
         reached = _widening(tuple(segments.items())).roots(segments, p, scene)
         if len(segments) == 1:
             left = np.flatnonzero(~reached.found)
-            free, touching = _just_touching(segments, p[left], scene.at(left))
+            free, touching = just_touching(segments, p[left], scene.at(left))
             reached.put(left, _move_walls(segments, free, p[left], touching, scene.at(left), FAR))
     roots.put(steep, reached)
     return roots
@@ -173,19 +171,6 @@ def _small_deflection(segments, p, scene):
     ]
     kappa = np.mean(kappas, axis=0)
     return kappa, np.tile(root_p * kappa * tan, (len(segments), 1))
-
-
-def _just_touching(segments, p, scene):
-    """The free shape with its top at a wall, where λ = 0, and the scene with that wall, for like ends.
-
-    Only before its ends pass each other, 2E = K: the loops beyond are no neighbours of any other shape.
-    """
-    (((kind, *_), count),) = segments.items()
-    K = np.sqrt(p) / (count * kind.first)
-    buckled = (np.pi / 2 < K) & (K < ENDS_MEET_K)
-    m1 = complementary_parameter(np.where(buckled, K, 2.0))
-    kappa = 2 * np.sqrt(p * (1 - m1))
-    return Roots(buckled, kappa, np.zeros((1, p.size))), scene._replace(H=kind.second * kappa / p)
 
 
 def _move_walls(segments, roots, p, here, there, first_step):

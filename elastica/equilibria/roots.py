@@ -1,7 +1,8 @@
 """Which equilibria a state has, and how its roots are numbered.
 
 Words that alternate have one root without further periods (`alternating`); a sweep in κ finds every other
-root of a word (`sweep`); the line regime and free buckling have closed forms or a branch of their own.
+root of a word (`sweep`). In the line regime each segment has one shape (`line`); free buckling is apart
+(`buckled`).
 
 Not here: names (`states`), admissibility, stability.
 """
@@ -13,17 +14,14 @@ import numpy as np
 
 from elastica.equilibria.admissibility import clearance
 from elastica.equilibria.alternating import alternating, is_longer
-from elastica.equilibria.branch import free_branch
-from elastica.equilibria.euler import euler_root
+from elastica.equilibria.buckled import buckled_at_load, periodic
 from elastica.equilibria.lengths import LengthTable
-from elastica.equilibria.newton import Bracket, Roots, newton, total_length
+from elastica.equilibria.newton import total_length
 from elastica.equilibria.periods import Group, groups, most_periods, unsearched
 from elastica.equilibria.sweep import every_root
 from elastica.pendulum.elliptic import complementary_parameter
 from elastica.pendulum.segments import arc, pendulum
 
-LARGEST_K = 350.0
-"""K(m) at which 1 − m leaves the range of numbers."""
 CHUNK = 5000
 """Points of one table, so that it stays small."""
 
@@ -171,7 +169,7 @@ def first(state, table):
     ends = table.scene.ends
     plain = state.segments(ends)
     (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
-    roots = _free(state, table.p, table.scene) if state.mode else alternating(group.segments, table)
+    roots = buckled_at_load(state, table.p, table.scene) if state.mode else alternating(group.segments, table)
     found = np.flatnonzero(roots.found)
     return spread(plain, group, found, roots.at(found), table.p[found], number=1)
 
@@ -276,21 +274,6 @@ def no_equilibria(segments):
     return Equilibria(nothing, nothing, np.zeros(0), empty, empty.astype(int), np.zeros(0))
 
 
-def unresolved_load(state, ends):
-    """Thrust p above which a state may exist but is not followed.
-
-    Free shapes with λ = 0 come too near the pendulum's separatrix for numbers, those of strips on springs
-    are followed only up to the loop where κ/√p = 1.98.
-    """
-    if not state.mode:
-        return np.inf
-    ((kind, *_),) = state.segments(ends)
-    if periodic(kind):
-        return (kind.first * LARGEST_K) ** 2
-    _, p, _, _, last = free_branch(kind, float(euler_root(state.mode, ends)))
-    return p[last] if last + 1 == p.size else np.inf
-
-
 def pendulums_of(segments, p, kappa, lam):
     """The pendulums of a state's segments.
 
@@ -310,36 +293,3 @@ def pendulums_of(segments, p, kappa, lam):
     if free and periodic(segments[0].kind):
         m1 = complementary_parameter(np.maximum(np.sqrt(p) / segments[0].kind.first, np.pi / 2))
     return [pendulum(p, kappa, values, m1) for values in lam]
-
-
-def periodic(kind):
-    """Whether a free shape of this kind has λ = 0: it exists above its Euler load, K(m) ∝ √p."""
-    return not kind.second and not kind.springs
-
-
-def _free(state, p, scene):
-    """Buckling without contact, from its Euler load on, up to a fold if there is one.
-
-    Modes whose two ends carry the same reaction (λ = 0) exist at every higher load, with K(m) = √p/n_K.
-    The others are interpolated from their branch, which does not depend on the gap, and refined.
-    """
-    ((kind, *_),) = segments = state.segments(scene.ends)
-    onset = float(euler_root(state.mode, scene.ends))
-    segments = {segments[0]: 1}
-    roots = Roots.none(segments, p.size)
-    if periodic(kind):
-        buckled = np.flatnonzero(np.sqrt(p) > onset)
-        m1 = complementary_parameter(np.sqrt(p[buckled]) / kind.first)
-        kappa = 2 * np.sqrt(p[buckled] * (1 - m1))
-        roots.put(buckled, Roots(np.ones(buckled.size, bool), kappa, np.zeros((1, buckled.size))))
-        return roots
-    k, load, ratio, _, last = free_branch(kind, onset)
-    buckled = np.flatnonzero((np.sqrt(p) > onset) & (p <= load[last]))
-    p = p[buckled]
-    # Near its Euler load a branch is a parabola, p − p_n ∝ k².
-    start = np.sqrt(np.interp(p, load[: last + 1], k[: last + 1] ** 2))
-    kappa = np.clip(start, 1e-12, k[last] * (1 - 1e-3)) * np.sqrt(p)
-    lam = (np.interp(start, k, ratio) * kappa * np.sqrt(p))[None]
-    bracket = Bracket(np.zeros_like(p), k[last] * np.sqrt(p), np.full(p.size, -1.0))
-    roots.put(buckled, newton(segments, p, scene.at(buckled), kappa, lam, bracket))
-    return roots

@@ -1,6 +1,6 @@
 """Equilibria of a state at a prescribed shortening: the load is an unknown.
 
-Point states are found along their branches (`branch`), which are functions of κ/√p whatever is controlled;
+Point states are found along their branches (`tracing`), which are functions of κ/√p whatever is controlled;
 line states along the load at κ = 0. Further full periods are searched up to three in all.
 """
 
@@ -10,15 +10,15 @@ import numpy as np
 from scipy.optimize.elementwise import find_root
 
 from elastica.equilibria.alternating import alternating
-from elastica.equilibria.branch import LONGEST_FREE_PERIOD, Loads, at_shortening, free_branch, settle
-from elastica.equilibria.euler import euler_root
+from elastica.equilibria.buckled import buckled_at_shortening
 from elastica.equilibria.line import line_roots, line_shapes
-from elastica.equilibria.newton import Bracket, Roots
 from elastica.equilibria.periods import Group, groups
-from elastica.equilibria.roots import LARGEST_K, has_single_root, no_equilibria, numbered, periodic, spread
-from elastica.pendulum.elliptic import integrals, parameter_of_shortening
+from elastica.equilibria.roots import has_single_root, no_equilibria, numbered, spread
+from elastica.equilibria.tracing import Loads, at_shortening
 
 MOST_PERIODS = 3
+LONGEST_PERIOD = 7.6
+"""√p times the longest period below 90°, a little more than 4K(½)."""
 
 
 class Targets:
@@ -37,7 +37,7 @@ class Targets:
     def __init__(self, shortening, scene, contacts):
         self.shortening = shortening
         self.scene, self.gap = scene.distinct()
-        self.loads = Loads(self.scene, LONGEST_FREE_PERIOD * (contacts + 1 + MOST_PERIODS))
+        self.loads = Loads(self.scene, LONGEST_PERIOD * (contacts + 1 + MOST_PERIODS))
 
     def every(self, state):
         """Every root of a state, by increasing κ.
@@ -112,35 +112,8 @@ class Targets:
         return which[good], p[good], roots.at(good)
 
     def _free(self, state):
-        """Free buckling: a branch that does not depend on the gap."""
-        ends = self.scene.ends
-        plain = state.segments(ends)
-        if periodic(plain[0].kind):
-            return self._periodic(plain)
-        k, p, ratio, shorter, _ = free_branch(plain[0].kind, float(euler_root(state.mode, ends)))
-        group = Group(Counter(plain), ((0,),))
-        which = np.flatnonzero((self.shortening > 0) & (self.shortening < shorter[-1]))
-        target = self.shortening[which]
-        # At small deflections the shortening is proportional to k².
-        start = np.sqrt(np.interp(target, shorter, k**2))
-        load = np.interp(start, k, p)
-        place = np.searchsorted(shorter, target) - 1
-        bracket = Bracket(k[place], k[place + 1], -np.ones_like(target))
-        lam = (np.interp(start, k, ratio) * start * load)[None]
-        scene = self.scene.at(self.gap[which])
-        points = settle(group.segments, scene, start, load, lam, target, bracket)
-        good = points.found
-        found = spread(plain, group, which[good], points.at(good).roots, points.p[good], number=1)
-        return found, self.shortening >= shorter[-1]
-
-    def _periodic(self, plain):
-        """Free shapes with λ = 0, of every shortening up to where numbers end: m tells load and curvature."""
-        (segment,) = plain
-        largest = 2 - 2 / LARGEST_K
-        which = np.flatnonzero((self.shortening > 0) & (self.shortening <= largest))
-        m, m1 = parameter_of_shortening(self.shortening[which])
-        K = integrals(m1, np.zeros_like(m1), np.ones_like(m1))[0]
-        p = (segment.kind.first * K) ** 2
-        roots = Roots(np.ones(which.size, bool), 2 * np.sqrt(m * p), np.zeros((1, which.size)))
+        """Free buckling, which does not depend on the gap."""
+        which, p, roots, beyond = buckled_at_shortening(state, self.shortening, self.scene.at(self.gap))
+        plain = state.segments(self.scene.ends)
         found = spread(plain, Group(Counter(plain), ((0,),)), which, roots, p, number=1)
-        return found, self.shortening > largest
+        return found, beyond

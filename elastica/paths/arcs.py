@@ -15,7 +15,8 @@ from scipy.optimize.elementwise import find_root
 
 from elastica.codes import Stability, Status
 from elastica.ends import Ends
-from elastica.equilibria.branch import Points, free_branch, settle
+from elastica.equilibria.branch import Points, settle
+from elastica.equilibria.buckled import free_branch
 from elastica.equilibria.euler import euler_root
 from elastica.equilibria.line import line_roots
 from elastica.equilibria.periods import Group
@@ -195,7 +196,7 @@ def just_buckled(ends, H):
     (kind,) = (segment.kind for segment in segments)
     # Where it touches a wall κ/√p is more than 2H.
     t, p = np.array([H / 2]), np.array([euler**2])
-    lam = (free_branch(kind, euler)[2][0] * t * p)[None]
+    lam = (free_branch(kind, euler).ratio[0] * t * p)[None]
     arc = Arc(state, ends, "shortening", H, Group(segments, ((0,),)), t, p, None, lam)
     return _solved(arc, t, p, lam)[0]
 

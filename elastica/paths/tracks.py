@@ -11,12 +11,14 @@ import numpy as np
 
 from elastica.codes import Event
 from elastica.equilibria.alternating import alternating
-from elastica.equilibria.branch import Loads, Points, bordered, free_branch, settle, steepest_angle
+from elastica.equilibria.branch import Points, bordered, settle, steepest_angle
+from elastica.equilibria.buckled import free_branch, periodic
 from elastica.equilibria.euler import euler_root
 from elastica.equilibria.line import line_roots
 from elastica.equilibria.periods import Group, groups, most_periods
-from elastica.equilibria.roots import has_single_root, periodic, spread
+from elastica.equilibria.roots import has_single_root, spread
 from elastica.equilibria.shortening_control import MOST_PERIODS
+from elastica.equilibria.tracing import Loads
 from elastica.pendulum.elliptic import integrals
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
