@@ -8,13 +8,13 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.equilibria.admissibility import clearance
-from elastica.equilibria.alternating import TINY_THRUST
 from elastica.equilibria.branch import bordered
 from elastica.equilibria.buckled import periodic
 from elastica.equilibria.euler import euler_modes_below, euler_root
 from elastica.equilibria.newton import ROUNDING
 from elastica.equilibria.roots import pendulums_of
 from elastica.equilibria.rounding import SAFETY, bounds_at_shortening, rounding_bounds
+from elastica.equilibria.small_deflections import TINY_THRUST
 from elastica.pendulum.segments import arc, bending_energy, geometry, shortening, steepest
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability.index import (

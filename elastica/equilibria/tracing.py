@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.equilibria.alternating import TAUT
 from elastica.equilibria.branch import (
     Points,
     below_right_angle,
@@ -24,6 +23,7 @@ from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.line import line_range, line_roots
 from elastica.equilibria.newton import Bracket
 from elastica.equilibria.sweep import every_root
+from elastica.equilibria.widening import TAUT
 
 FIRST_LOAD, LOAD_STEP = 0.4, 0.3
 """√p of the first load at which branches are looked for, and the distance of the next."""
