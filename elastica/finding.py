@@ -127,7 +127,7 @@ def find_states(
 ) -> FoundStates:
     """All admissible equilibria at every point of broadcast arrays.
 
-    Complete for |θ| < 90° up to `max_contacts` contacts and 8 further full periods (3 at prescribed
+    Complete for |θ| < 90° up to `max_contacts` contacts and 8 extra full periods (3 at prescribed
     shortening); of steeper states those that continue a branch of alternating contacts or of free
     buckling.
 
@@ -206,7 +206,7 @@ def _padded(values, contacts):
 
 
 def search(names, ends, control, given, H, admissible=False):
-    """Solve names and all further roots of the words among them.
+    """Solve names and all higher roots of the words among them.
 
     Where there may be more roots beyond the end of the search, the next one is `not_followed`.
 

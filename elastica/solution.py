@@ -69,7 +69,7 @@ class Solution:
     lam, lengths : ndarray, shape (..., segments)
         λ (EI/L² = 1, each in its rising convention) and length of the free segments from A to B.
     periods : ndarray of int8, shape (..., segments)
-        Further full periods that each free segment has.
+        Extra full periods that each free segment has.
     reasons : dict of int to str
         Why a point failed, by its flat index.
     """

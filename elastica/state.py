@@ -5,7 +5,7 @@ B1 B2 …      free buckling in mode n, no contact
 U UD UU …    the walls touched, from end A to end B (U upper, D lower)
 a… …a        the end segment on that side is of kind A: the strip first bends away from the wall
 …-           line regime: the contacts are lines, κ = 0
-…:2 :3       further roots of the same word, by increasing κ
+…:2 :3       higher roots of the same word, by increasing κ
 
 Of mirror images one has a name: it starts with U and, where both ends are alike, comes last in the alphabet
 (UUD, not UDD; Ua, not aU). The other names are understood too.
@@ -31,7 +31,7 @@ upper wall (║ clamp, ○ pin; at clamps and contacts the strip is parallel to 
                                                            ━━━━━━━━━━━━━━━━━━━━━━━━━━
 
 S has one inflection, counting a pin; A dips first, 0 bulges off its wall: one inflection more, and one more
-direction in which the energy falls. Each kind may go on for further full periods, two directions each. While
+direction in which the energy falls. Each kind may go on for extra full periods, two directions each. While
 no angle reaches 90° the index of a state with point contacts is the sum of these, less one beyond a fold
 (`stability`): at a given load what one sees are mostly states made of S only.
 
@@ -96,7 +96,7 @@ class State(NamedTuple):
         ----------
         ends : str or Ends
         periods : sequence of int, optional
-            Further full periods of each segment.
+            Extra full periods of each segment.
 
         Returns
         -------
@@ -123,8 +123,8 @@ class State(NamedTuple):
         if periods is None:
             return plain
         return tuple(
-            segment._replace(kind=segment.kind.further(further))
-            for segment, further in zip(plain, periods, strict=True)
+            segment._replace(kind=segment.kind.extended(extra))
+            for segment, extra in zip(plain, periods, strict=True)
         )
 
     def reversed_segments(self, ends):

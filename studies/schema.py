@@ -348,7 +348,7 @@ def absent(name, status, among, states):
 
 
 def word_failed(status, states):
-    """Whether the search for a state's word failed: then nothing is known of its further roots.
+    """Whether the search for a state's word failed: then nothing is known of its higher roots.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ def clearance(arcs, segments, scene):
     """H − max |y| over the interior extrema that are not contacts; H where there are none.
 
     Interior extrema are the crossings θ = 0 inside the segments: a segment of kind S has none, A and
-    the kinds with further periods have.
+    the kinds with extra periods have.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The one root of a word whose segments are all of kind S, without further periods.
+"""The one root of a word whose segments are all of kind S, without extra periods.
 
 The length of such a state falls with κ, so there is one root at most: where the segments are longer than the
 strip at κ = 0. Each point is reached from the nearest state with a closed form: from the line state that it
@@ -33,7 +33,7 @@ def alternating(segments, table):
     Parameters
     ----------
     segments : Mapping of Segment to int
-        Of kind S, without further periods.
+        Of kind S, without extra periods.
     table : LengthTable
         Of n points.
 

@@ -1,6 +1,6 @@
-"""Further full periods: how they can be shared out among the segments of a word.
+"""Extra full periods: how they can be shared out among the segments of a word.
 
-A segment between a wall and the opposite wall, or an end, may contain any number of further full periods of
+A segment between a wall and the opposite wall, or an end, may contain any number of extra full periods of
 its pendulum. Which segments have them does not change the total length, only how many of each kind do: so
 patterns are solved in groups that have the same kinds. A segment that returns to its own wall has none:
 its period would touch that wall, which is the word with the letter repeated.
@@ -26,7 +26,7 @@ class Group(NamedTuple):
 
 @cache
 def groups(state, ends, periods):
-    """Patterns with this many further periods in all, grouped by the kinds of segment they have.
+    """Patterns with this many extra periods in all, grouped by the kinds of segment they have.
 
     Parameters
     ----------
@@ -58,9 +58,9 @@ def groups(state, ends, periods):
 
 
 def most_periods(state, ends, p):
-    """Further periods that a strip under thrusts up to max(p) has room for, within what is searched.
+    """Extra periods that a strip under thrusts up to max(p) has room for, within what is searched.
 
-    Searched are up to 8 further periods in all, fewer for long words: no more than have 1,000 patterns.
+    Searched are up to 8 extra periods in all, fewer for long words: no more than have 1,000 patterns.
     """
     places = sum(segment.start != segment.end for segment in state.segments(ends))
     room = np.sqrt(np.max(p, initial=0.0)) / SHORTEST_PERIOD

@@ -1,6 +1,6 @@
 """Which equilibria a state has, and how its roots are numbered.
 
-Words that alternate have one root without further periods (`alternating`); a sweep in κ finds every other
+Words that alternate have one root without extra periods (`alternating`); a sweep in κ finds every other
 root of a word (`sweep`). In the line regime each segment has one shape (`line`); free buckling is apart
 (`buckled`).
 
@@ -39,7 +39,7 @@ class Equilibria(NamedTuple):
     lam : ndarray, shape (segments, m)
         From end A to end B.
     periods : ndarray of int, shape (segments, m)
-        Further full periods of each segment.
+        Extra full periods of each segment.
     p : ndarray, shape (m,)
         Thrust.
     """
@@ -115,7 +115,7 @@ def of_root(state, found, beyond):
 def every(state, p, scene, table=None):
     """Every root of a word below 90°, by increasing κ; the first of an alternating word even if steeper.
 
-    Of patterns of further periods with the same κ, and in the line regime, those with fewer periods
+    Of patterns of extra periods with the same κ, and in the line regime, those with fewer periods
     come first, then those that have them nearer to end A.
 
     Parameters
@@ -132,7 +132,7 @@ def every(state, p, scene, table=None):
     -------
     found : Equilibria
     beyond : ndarray of bool, shape (n,)
-        Where there may be more beyond the end of the search: at 90°, at a taut string or at the most further
+        Where there may be more beyond the end of the search: at 90°, at a taut string or at the most extra
         periods. What would have to pull or to pass a wall there does not count.
     """
     points = table or LengthTable(p, scene)
@@ -153,7 +153,7 @@ def has_single_root(state, ends):
 
 
 def first(state, table):
-    """The root of a state that has one at most, without further periods.
+    """The root of a state that has one at most, without extra periods.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _taut(state, table):
 
 
 def _others(state, p, scene, table=None):
-    """Roots that a sweep finds: those with further periods, and of words that do not alternate all.
+    """Roots that a sweep finds: those with extra periods, and of words that do not alternate all.
 
     Also where there may be more beyond, as `every` tells.
     """
@@ -218,7 +218,7 @@ def _possible(state, group, cut, p, scene):
 
 
 def _lines(state, table):
-    """Line regime: every segment has its rise at κ = 0; with further periods only where they fit."""
+    """Line regime: every segment has its rise at κ = 0; with extra periods only where they fit."""
     found = []
     p, ends = table.p, table.scene.ends
     for periods in range(most_periods(state, ends, p) + 1):
@@ -237,8 +237,8 @@ def spread(plain, group, points, roots, p, number=2):
     columns = []
     for pattern in group.patterns:
         order = [
-            distinct.index(segment._replace(kind=segment.kind.further(further)))
-            for segment, further in zip(plain, pattern, strict=True)
+            distinct.index(segment._replace(kind=segment.kind.extended(extra)))
+            for segment, extra in zip(plain, pattern, strict=True)
         ]
         periods = np.repeat(np.array(pattern)[:, None], points.size, axis=1)
         columns.append(

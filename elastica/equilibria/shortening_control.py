@@ -1,7 +1,7 @@
 """Equilibria of a state at a prescribed shortening: the load is an unknown.
 
 Point states are found along their branches (`tracing`), which are functions of κ/√p whatever is controlled;
-line states along the load at κ = 0. Further full periods are searched up to three in all.
+line states along the load at κ = 0. Extra full periods are searched up to three in all.
 """
 
 from collections import Counter
@@ -71,7 +71,7 @@ class Targets:
         return numbered(found), self.shortening > most[self.gap]
 
     def _point(self, segments, alternate, most):
-        """Point regime; of alternating words without further periods with angles beyond 90°.
+        """Point regime; of alternating words without extra periods with angles beyond 90°.
 
         Also raises `most` to the greatest shortening that is traced at each gap.
         """

@@ -51,7 +51,7 @@ class Arc:
         "P" or "shortening".
     H : float
     group : Group
-        Its distinct segments, and the pattern of further periods.
+        Its distinct segments, and the pattern of extra periods.
     t, p, given : ndarray, shape (m,)
         Parameter of points on the branch, ascending; thrust and prescribed quantity there.
     lam : ndarray, shape (distinct segments, m)

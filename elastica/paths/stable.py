@@ -1,7 +1,7 @@
 """Where a state is stable under load, without looking for shapes that cannot be.
 
-A further period in a segment adds two negative directions, and the condition on the total length takes away
-one at most (see `stability`): so a shape with further periods is never stable under load, and the search for
+An extra period in a segment adds two negative directions, and the condition on the total length takes away
+one at most (see `stability`): so a shape with extra periods is never stable under load, and the search for
 them, by far the longest part of solving where a state does not exist, can be left out.
 """
 

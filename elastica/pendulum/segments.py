@@ -73,8 +73,8 @@ class Kind(NamedTuple):
         inner = range(int(self.start // 1) + 1, int(-(-self.end // 1)))
         return tuple(Kind(self.start, k, self.start_spring) for k in inner)
 
-    def further(self, periods):
-        """The same kind with this many further full periods at its start."""
+    def extended(self, periods):
+        """The same kind with this many extra full periods at its start."""
         return self._replace(start=self.start - 2 * periods)
 
 

@@ -163,7 +163,7 @@ def _consecutive(wanted, keys):
 
 
 def _keys(solution):
-    """What does not change along a piece: whether it is solved, index, verdict, further periods."""
+    """What does not change along a piece: whether it is solved, index, verdict, extra periods."""
     solved = solution.status == Status.SOLVED
     plain = np.stack([solved, solution.index, solution.stability], axis=1).astype(int)
     keys = np.hstack([plain, solution.periods])

@@ -273,7 +273,7 @@ def film(
     path : str or Path
         Ends in .gif.
     control : str
-        What the first number of a point is, "P" or "shortening"; names of further roots count under it.
+        What the first number of a point is, "P" or "shortening"; names of higher roots count under it.
     frames_per_second : int
 
     Raises
