@@ -24,7 +24,7 @@ import numpy as np
 
 from elastica.convergence import diverged, small, stagnated
 from elastica.equilibria.newton import Roots, sign_known
-from elastica.pendulum.segments import arc, geometry, pendulum, shortening, steepest
+from elastica.pendulum.segments import arc, load_slopes, pendulum, shortening, steepest
 
 MOST_STEPS = 40
 LONGEST_STEP = 0.5
@@ -76,18 +76,19 @@ def bordered(segments, p, scene, k, lam, arcs=None):
     across, along_k, along_load = np.empty((3, *lam.shape))
     for j, (segment, count) in enumerate(segments.items()):
         piece = arcs[j] if arcs else arc(segment.kind, pendulum(p, k * root_p, lam[j]))
-        g = geometry(piece, load=True)
+        slopes = load_slopes(piece)
+        g = slopes.geometry
         across[j] = (scene.rise(segment) - g.rise) / g.rise_lam
         along_k[j] = -g.rise_kappa * root_p / g.rise_lam
-        along_load[j] = -g.rise_load / g.rise_lam
+        along_load[j] = -slopes.rise_load / g.rise_lam
         totals += count * np.stack(
             [
                 g.length + g.length_lam * across[j],
                 g.length_kappa * root_p + g.length_lam * along_k[j],
-                g.length_load + g.length_lam * along_load[j],
-                shortening(piece) + g.shorter_lam * across[j],
-                g.shorter_kappa * root_p + g.shorter_lam * along_k[j],
-                g.shorter_load + g.shorter_lam * along_load[j],
+                slopes.length_load + g.length_lam * along_load[j],
+                shortening(piece) + slopes.shorter_lam * across[j],
+                slopes.shorter_kappa * root_p + slopes.shorter_lam * along_k[j],
+                slopes.shorter_load + slopes.shorter_lam * along_load[j],
             ]
         )
     return Bordered(*totals, across / p, along_k / p, along_load / p)

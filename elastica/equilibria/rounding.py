@@ -8,7 +8,7 @@ import numpy as np
 
 from elastica.equilibria.branch import bordered
 from elastica.equilibria.newton import ROUNDING
-from elastica.pendulum.segments import geometry, shortening
+from elastica.pendulum.segments import load_slopes, shortening
 
 SAFETY = 4.0
 """Roundings that the longest chain of operations adds up, found by comparison with 50-digit solutions."""
@@ -83,13 +83,14 @@ def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
     """
     k = arcs[0].q.kappa / np.sqrt(p)
     linear = bordered(segments, p, scene, k, lam, arcs)
-    geometries = [geometry(piece, load=True) for piece in arcs]
+    slopes = [load_slopes(piece) for piece in arcs]
     delta_shorter = 0.0
-    for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
-        own = shortening(piece) + np.abs(piece.q.lam * g.shorter_lam)
+    for (segment, count), piece, of in zip(segments.items(), arcs, slopes, strict=True):
+        own = shortening(piece) + np.abs(piece.q.lam * of.shorter_lam)
         if not _exact_parameter(segment):
-            own = own + np.abs(piece.q.kappa * g.shorter_kappa)
-        across = np.abs(g.shorter_lam / g.rise_lam) * _of_rise(piece, g, _terms(piece))
+            own = own + np.abs(piece.q.kappa * of.shorter_kappa)
+        g = of.geometry
+        across = np.abs(of.shorter_lam / g.rise_lam) * _of_rise(piece, g, _terms(piece))
         delta_shorter = delta_shorter + count * SAFETY * (ROUNDING * own + across)
     if line:
         delta_k, delta_load = np.zeros_like(p), delta_shorter / np.abs(linear.shorter_load)
@@ -98,9 +99,9 @@ def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
         delta_k = moved / np.abs(linear.shortening_k)
         delta_load = (delta_total + np.abs(linear.excess_k) * delta_k) / np.abs(linear.excess_load)
     lengths = [
-        np.abs(g.length_kappa * np.sqrt(p) + g.length_lam * along_k * p) * delta_k
-        + np.abs(g.length_load + g.length_lam * along_load * p) * delta_load
-        for g, along_k, along_load in zip(geometries, linear.along_k, linear.along_load, strict=True)
+        np.abs(of.geometry.length_kappa * np.sqrt(p) + of.geometry.length_lam * along_k * p) * delta_k
+        + np.abs(of.length_load + of.geometry.length_lam * along_load * p) * delta_load
+        for of, along_k, along_load in zip(slopes, linear.along_k, linear.along_load, strict=True)
     ]
     return delta_k + 0.5 * k * delta_load, np.max(lengths, axis=0), delta_load
 
@@ -113,7 +114,7 @@ def _exact_parameter(segment):
 def _terms(piece):
     """Terms of ΔF, which are rounded each."""
     kind, q = piece.kind, piece.q
-    return kind.first * q.K + abs(kind.second * q.f) + sum(np.abs(end.F) for end in piece.held)
+    return kind.first * q.K + abs(kind.second * q.f) + sum(np.abs(end.F) for end in piece.spring_ends)
 
 
 def _of_rise(piece, g, G):

@@ -16,7 +16,7 @@ places that matter are
 so a segment is named by the k of its two ends (`Kind`) and everything else follows from that pair.
 Segments are written in their rising convention and end at k = 1 wherever they end on a wall.
 
-An end held by a spring c lies between a crossing and the turning point next to it (`held_end`).
+An end held by a spring c lies between a crossing and the turning point next to it (`spring_end`).
 """
 
 from fractions import Fraction
@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.pendulum.elliptic import integrals
-from elastica.pendulum.spring_end import hold
+from elastica.pendulum.spring_end import eta_load, eta_slopes, spring_end
 
 HALF = Fraction(1, 2)
 TINY = np.finfo(float).tiny
@@ -57,7 +57,7 @@ class Kind(NamedTuple):
 
     @property
     def springs(self):
-        """Springs c of the held ends, each with its sign σ."""
+        """Springs c at the ends, each with its sign σ."""
         start = [(self.start_spring, -_sign(self.start))] if np.isfinite(self.start_spring) else []
         return start + ([(self.end_spring, _sign(self.end))] if np.isfinite(self.end_spring) else [])
 
@@ -111,6 +111,36 @@ class Pendulum(NamedTuple):
         return 2 * np.arctan2(self.sin_half_alpha, self.cos_half_alpha)
 
     @property
+    def sin_alpha(self):
+        """The part λ/F of the resultant force across the walls' direction."""
+        return self.lam / self.F
+
+    @property
+    def cos_alpha(self):
+        """The part p/F of the resultant force along the walls."""
+        return self.p / self.F
+
+    @property
+    def alpha_lam(self):
+        """Derivative ∂α/∂λ = cos α/F."""
+        return self.cos_alpha / self.F
+
+    @property
+    def ln_r_lam(self):
+        """Derivative ∂ln √F/∂λ = sin α/2F."""
+        return self.sin_alpha / (2 * self.F)
+
+    @property
+    def m_kappa(self):
+        """Derivative ∂m/∂κ of m = κ²/4F + sin²(α/2)."""
+        return self.kappa / (2 * self.F)
+
+    @property
+    def m_lam(self):
+        """Derivative ∂m/∂λ of m = κ²/4F + sin²(α/2)."""
+        return self.sin_alpha * (2 * self.p - self.kappa * self.kappa) / (4 * self.F * self.F)
+
+    @property
     def swing(self):
         """Amplitude 2 asin √m of ψ."""
         return 2 * np.arctan2(np.sqrt(self.m), np.sqrt(self.m1))
@@ -146,14 +176,17 @@ def pendulum(p, kappa, lam, m1=None):
 
 
 class Arc(NamedTuple):
-    """A segment of `kind` on the pendulum `q`: ΔF, ΔD = Δ(F − E)/m and κ_start − κ_end, arrays."""
+    """A segment of `kind` on the pendulum `q`: ΔF, ΔD = Δ(F − E)/m and κ_start − κ_end, arrays.
+
+    `spring_ends` has a `SpringEnd` for each of its ends that a spring of the strip holds.
+    """
 
     kind: Kind
     q: Pendulum
     F: np.ndarray
     D: np.ndarray
     jump: np.ndarray
-    held: list
+    spring_ends: list
 
     @property
     def W(self):
@@ -167,17 +200,17 @@ def arc(kind, q):
     F, D, jump = first * q.K, first * q.DK, second * q.kappa
     if second:
         F, D = F + second * q.f, D + second * q.Df
-    held = [hold(c, sigma, q) for c, sigma in kind.springs]
-    for end in held:
+    spring_ends = [spring_end(c, sigma, q) for c, sigma in kind.springs]
+    for end in spring_ends:
         F, D = F - end.F, D - end.D
         jump = jump + 2 * end.sigma * q.r * np.sqrt(q.m) * end.cos
-    return Arc(kind, q, F, D, jump, held)
+    return Arc(kind, q, F, D, jump, spring_ends)
 
 
 def start_phase(kind, q):
     """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
     if np.isfinite(kind.start_spring):
-        return 2 * float(kind.start) * q.K + hold(*kind.springs[0], q).F
+        return 2 * float(kind.start) * q.K + spring_end(*kind.springs[0], q).F
     return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
 
 
@@ -199,11 +232,7 @@ def rise(segment):
 
 
 class Geometry(NamedTuple):
-    """Length and rise of a segment with their partial derivatives, arrays of one shape.
-
-    `length_load` and `rise_load` are derivatives with respect to ln p at fixed κ/√p and λ/p, `shorter_…`
-    those of the shortening; None unless asked for.
-    """
+    """Length ℓ and rise d of a segment with their partial derivatives, arrays of one shape."""
 
     length: np.ndarray
     rise: np.ndarray
@@ -211,11 +240,6 @@ class Geometry(NamedTuple):
     length_lam: np.ndarray
     rise_kappa: np.ndarray
     rise_lam: np.ndarray
-    length_load: np.ndarray | None = None
-    rise_load: np.ndarray | None = None
-    shorter_kappa: np.ndarray | None = None
-    shorter_lam: np.ndarray | None = None
-    shorter_load: np.ndarray | None = None
 
     @property
     def D(self):
@@ -223,104 +247,136 @@ class Geometry(NamedTuple):
         return self.length_kappa - self.length_lam * self.rise_kappa / self.rise_lam
 
 
-def geometry(segment, load=False):
-    """Length, rise and derivatives of an arc, with `load` also those that a change of p needs.
+def geometry(piece):
+    """Length ℓ = ΔF/√F and rise d = Δκ cos α/F + sin α (2ΔE/√F − ℓ) of an arc, with their derivatives."""
+    return _geometry(piece, _phase_slopes(piece))
+
+
+class LoadSlopes(NamedTuple):
+    """What else changes with the load, arrays of one shape.
+
+    `length_load`, `rise_load` and `shorter_load` are derivatives with respect to ln p at fixed κ/√p and λ/p;
+    `shorter_kappa` and `shorter_lam` those of the shortening at fixed p.
+    """
+
+    geometry: Geometry
+    length_load: np.ndarray
+    rise_load: np.ndarray
+    shorter_kappa: np.ndarray
+    shorter_lam: np.ndarray
+    shorter_load: np.ndarray
+
+
+def load_slopes(piece):
+    """The geometry of an arc, and how its length, rise and shortening change where the load does.
+
+    All lengths scale with 1/√p but for c/√p of a spring. The shortening is ℓ less the advance in x,
+    −sin α Δκ/F + cos α (2ΔE/√F − ℓ).
+    """
+    q, W, jump = piece.q, piece.W, piece.jump
+    slopes = _phase_slopes(piece)
+    g = _geometry(piece, slopes)
+    F, r, cos_alpha, sin_alpha = q.F, q.r, q.cos_alpha, q.sin_alpha
+    advance_kappa = -sin_alpha * slopes.jump_kappa / F + cos_alpha * slopes.W_kappa / r
+    advance_lam = (
+        -sin_alpha * slopes.jump_lam / F
+        - jump * (cos_alpha**2 - sin_alpha**2) / F**2
+        + (-sin_alpha * q.alpha_lam * W + cos_alpha * (slopes.W_lam - q.ln_r_lam * W)) / r
+    )
+    length_load, rise_load, advance_load = -0.5 * g.length, -0.5 * g.rise, 0.0
+    for end in piece.spring_ends:
+        eta = eta_load(end, q)
+        W_load = -end.W_eta * eta
+        jump_load = -2 * end.sigma * r * np.sqrt(q.m) * end.sin * eta
+        length_load = length_load - eta / end.delta / r
+        rise_load = rise_load + jump_load * q.alpha_lam + sin_alpha * W_load / r
+        advance_load = advance_load - sin_alpha * jump_load / F + cos_alpha * W_load / r
+    return LoadSlopes(
+        g,
+        length_load=length_load,
+        rise_load=rise_load,
+        shorter_kappa=g.length_kappa - advance_kappa,
+        shorter_lam=g.length_lam - advance_lam,
+        shorter_load=-0.5 * shortening(piece) + (length_load + 0.5 * g.length) - advance_load,
+    )
+
+
+class _PhaseSlopes(NamedTuple):
+    """Derivatives of ΔF, of W = Δ(2E − F) and of the jump κ_start − κ_end with respect to κ and λ."""
+
+    F_kappa: np.ndarray
+    F_lam: np.ndarray
+    W_kappa: np.ndarray
+    W_lam: np.ndarray
+    jump_kappa: np.ndarray
+    jump_lam: np.ndarray
+
+
+def _phase_slopes(piece):
+    """By the parameter m, by the phase φ₀ of the crossings it ends at, and by the phase η of its springs.
 
     At fixed m, ∂F/∂φ = 1/cos(α/2) and ∂E/∂φ = cos(α/2) at φ₀; ∂K/∂m = (K − D)/(2m₁),
-    ∂F/∂m = (F − D − sin φ₀ cos φ₀/cos(α/2))/(2m₁) and ∂E/∂m = −D/2 are regular as m → 0. At a held end
-    η changes with κ and λ by the implicit function theorem.
+    ∂F/∂m = (F − D − sin φ₀ cos φ₀/cos(α/2))/(2m₁) and ∂E/∂m = −D/2 are regular as m → 0 (DLMF 19.4).
     """
-    kind, q, G, D, jump, held = segment
+    kind, q = piece.kind, piece.q
     second = kind.second
-    p, kappa, F, r, m = q.p, q.kappa, q.F, q.r, q.m
-    cos_alpha, sin_alpha = p / F, q.lam / F
+    kappa, F, r, m = q.kappa, q.F, q.r, q.m
     sin_half, cos_half = q.sin_half_alpha, q.cos_half_alpha
 
-    G_m = kind.first * (q.K - q.DK)
+    F_m = kind.first * (q.K - q.DK)
     if second:
         four_F_m = 4 * F * m
-        G_m = G_m + second * (q.f - q.Df - 2 * r * kappa * sin_half / (four_F_m * cos_half))
-        phi_kappa = (-2 * second) * r * sin_half / four_F_m
-        phi_lam = second * kappa * cos_half / (four_F_m * r)
-    for end in held:
-        G_m = G_m - (end.F - end.D - end.sin * end.cos / end.delta)
-    G_m = G_m / (2 * q.m1)
-    W = segment.W
-    W_m = -D - G_m
-
-    m_kappa = kappa / (2 * F)
-    m_lam = sin_alpha * (2 * p - kappa * kappa) / (4 * F * F)
-    G_kappa, G_lam = G_m * m_kappa, G_m * m_lam
-    W_kappa, W_lam = W_m * m_kappa, W_m * m_lam
+        F_m = F_m + second * (q.f - q.Df - 2 * r * kappa * sin_half / (four_F_m * cos_half))
+    for end in piece.spring_ends:
+        F_m = F_m - (end.F - end.D - end.sin * end.cos / end.delta)
+    F_m = F_m / (2 * q.m1)
+    W_m = -piece.D - F_m
+    F_kappa, F_lam = F_m * q.m_kappa, F_m * q.m_lam
+    W_kappa, W_lam = W_m * q.m_kappa, W_m * q.m_lam
     jump_kappa, jump_lam = second, 0.0
     if second:
+        phi_kappa = (-2 * second) * r * sin_half / four_F_m
+        phi_lam = second * kappa * cos_half / (four_F_m * r)
         W_phi = 2 * cos_half - 1 / cos_half
-        G_kappa = G_kappa + phi_kappa / cos_half
-        G_lam = G_lam + phi_lam / cos_half
+        F_kappa = F_kappa + phi_kappa / cos_half
+        F_lam = F_lam + phi_lam / cos_half
         W_kappa = W_kappa + W_phi * phi_kappa
         W_lam = W_lam + W_phi * phi_lam
-    half_slope = sin_alpha / (2 * F)
-    tilt = cos_alpha / F
-    for end in held:
-        # One factor √m is taken out of the condition for η.
-        by_m = (r * end.cos - end.c * end.sin / end.delta) / m
-        by_eta = 2 * (r * end.sin + end.c * end.cos / end.delta)
-        by_lam = 2 * end.cos * half_slope * r - end.c * end.sigma * tilt / np.sqrt(m)
-        eta_kappa = by_m * m_kappa / by_eta
-        eta_lam = (by_m * m_lam + by_lam) / by_eta
-        W_eta = 2 * end.delta - 1 / end.delta
+    for end in piece.spring_ends:
+        eta_kappa, eta_lam = eta_slopes(end, q)
+        F_kappa, F_lam = F_kappa - eta_kappa / end.delta, F_lam - eta_lam / end.delta
+        W_kappa, W_lam = W_kappa - end.W_eta * eta_kappa, W_lam - end.W_eta * eta_lam
         bend = 2 * end.sigma * r * np.sqrt(m)
-        G_kappa, G_lam = G_kappa - eta_kappa / end.delta, G_lam - eta_lam / end.delta
-        W_kappa, W_lam = W_kappa - W_eta * eta_kappa, W_lam - W_eta * eta_lam
-        jump_kappa = jump_kappa + bend * (end.cos * m_kappa / (2 * m) - end.sin * eta_kappa)
-        jump_lam = jump_lam + bend * (end.cos * (m_lam / (2 * m) + half_slope) - end.sin * eta_lam)
+        jump_kappa = jump_kappa + bend * (end.cos * q.m_kappa / (2 * m) - end.sin * eta_kappa)
+        jump_lam = jump_lam + bend * (end.cos * (q.m_lam / (2 * m) + q.ln_r_lam) - end.sin * eta_lam)
+    return _PhaseSlopes(F_kappa, F_lam, W_kappa, W_lam, jump_kappa, jump_lam)
 
-    slopes = Geometry(
-        length=G / r,
-        rise=jump * tilt + sin_alpha * W / r,
-        length_kappa=G_kappa / r,
-        length_lam=(G_lam - half_slope * G) / r,
-        rise_kappa=jump_kappa * tilt + sin_alpha * W_kappa / r,
+
+def _geometry(piece, slopes):
+    """Length and rise of an arc by the chain rule."""
+    q, W, jump = piece.q, piece.W, piece.jump
+    r, cos_alpha, sin_alpha, alpha_lam, ln_r_lam = q.r, q.cos_alpha, q.sin_alpha, q.alpha_lam, q.ln_r_lam
+    g = Geometry(
+        length=piece.F / r,
+        rise=jump * alpha_lam + sin_alpha * W / r,
+        length_kappa=slopes.F_kappa / r,
+        length_lam=(slopes.F_lam - ln_r_lam * piece.F) / r,
+        rise_kappa=slopes.jump_kappa * alpha_lam + sin_alpha * slopes.W_kappa / r,
         rise_lam=(
-            jump_lam * tilt
-            - 2 * jump * tilt * sin_alpha / F
-            + (cos_alpha * tilt * W + sin_alpha * (W_lam - half_slope * W)) / r
+            slopes.jump_lam * alpha_lam
+            - 2 * jump * alpha_lam * sin_alpha / q.F
+            + (cos_alpha * alpha_lam * W + sin_alpha * (slopes.W_lam - ln_r_lam * W)) / r
         ),
     )
     # Where the ends of a free shape meet, it turns with the force at no cost: 0/0 is to be 0.
-    slopes.rise_lam[slopes.rise_lam == 0] = TINY
-    if not load:
-        return slopes
-    advance_kappa = -sin_alpha * jump_kappa / F + cos_alpha * W_kappa / r
-    advance_lam = (
-        -sin_alpha * jump_lam / F
-        - jump * (cos_alpha**2 - sin_alpha**2) / F**2
-        + (-sin_alpha * tilt * W + cos_alpha * (W_lam - half_slope * W)) / r
-    )
-    shorter = shortening(segment)
-    length_load, rise_load, advance_load = -0.5 * slopes.length, -0.5 * slopes.rise, 0.0
-    for end in held:
-        # All lengths scale with 1/√p but for c/√p, which changes.
-        eta_c = -end.angle / (2 * np.sqrt(m) * (r * end.sin + end.c * end.cos / end.delta))
-        eta_load = -0.5 * end.c * eta_c
-        W_load = -(2 * end.delta - 1 / end.delta) * eta_load
-        jump_load = -2 * end.sigma * r * np.sqrt(m) * end.sin * eta_load
-        length_load = length_load - eta_load / end.delta / r
-        rise_load = rise_load + jump_load * tilt + sin_alpha * W_load / r
-        advance_load = advance_load - sin_alpha * jump_load / F + cos_alpha * W_load / r
-    return slopes._replace(
-        length_load=length_load,
-        rise_load=rise_load,
-        shorter_kappa=slopes.length_kappa - advance_kappa,
-        shorter_lam=slopes.length_lam - advance_lam,
-        shorter_load=-0.5 * shorter + (length_load + 0.5 * slopes.length) - advance_load,
-    )
+    g.rise_lam[g.rise_lam == 0] = TINY
+    return g
 
 
 def bending_energy(segment):
     """½∫θ'² ds over an arc in units of EI/L, 2√F m (ΔF − ΔD), and the energy ½cθ² of its springs."""
     q = segment.q
-    springs = sum(0.5 * end.c * end.angle**2 for end in segment.held)
+    springs = sum(0.5 * end.c * end.angle**2 for end in segment.spring_ends)
     return 2 * q.r * q.m * (segment.F - segment.D) + springs
 
 

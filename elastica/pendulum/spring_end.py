@@ -15,14 +15,14 @@ import numpy as np
 
 from elastica.pendulum.elliptic import integrals
 
-HOLDING_STEPS = 60
-HOLDING_CONVERGED = 1e-8
+MOST_STEPS = 60
+CONVERGED = 1e-8
 """A relative Newton step below this leaves an error of its square."""
 STIFF = 0.3
-"""Distance t from a clamp's phase up to which a held end is sought from there."""
+"""Distance t from a clamp's phase up to which a spring end is sought from there."""
 
 
-class HeldEnd(NamedTuple):
+class SpringEnd(NamedTuple):
     """An end held by a spring: c, σ, sin η, cos η, Δ = √(1 − m sin²η), F(η|m), D(η|m), its angle σθ."""
 
     c: float
@@ -34,8 +34,13 @@ class HeldEnd(NamedTuple):
     D: np.ndarray
     angle: np.ndarray
 
+    @property
+    def W_eta(self):
+        """Derivative of 2E − F at η with respect to η."""
+        return 2 * self.delta - 1 / self.delta
 
-def hold(c, sigma, q):
+
+def spring_end(c, sigma, q):
     """Where on the pendulum `q` the spring holds the strip: Newton for t = η + σφ₀, kept in its bracket.
 
     Next to a clamp t is of the order √F/c and θ of its square: in terms of t both keep their digits.
@@ -46,7 +51,7 @@ def hold(c, sigma, q):
     t = _start(c, sin_half, slope, first, q)
     scale = 1 / max(1.0, c)
     live = np.ones(t.shape, bool)
-    for _ in range(HOLDING_STEPS):
+    for _ in range(MOST_STEPS):
         sin, cos, delta, angle = _at(t, sin_half, slope, q)
         excess = scale * (2 * q.r * cos - c * angle)
         gradient = -2 * scale * (q.r * sin + c * cos / delta)
@@ -55,19 +60,36 @@ def hold(c, sigma, q):
         outside = ~((t + step > low) & (t + step < high)) & (excess != 0)
         ahead = np.where(outside, 0.5 * (low + high), t + step)
         t = np.where(live, ahead, t)
-        live = live & (outside & (high - low > 1e-15 * high) | (np.abs(step) > HOLDING_CONVERGED * t))
+        live = live & (outside & (high - low > 1e-15 * high) | (np.abs(step) > CONVERGED * t))
         if not live.any():
             break
     sin, cos, delta, angle = _at(t, sin_half, slope, q)
     root_m = np.sqrt(q.m)
     _, _, F, D = integrals(q.m1, sin / root_m, cos / root_m)
-    return HeldEnd(c, sigma, sin / root_m, cos / root_m, delta, F, D, angle)
+    return SpringEnd(c, sigma, sin / root_m, cos / root_m, delta, F, D, angle)
+
+
+def eta_slopes(end, q):
+    """Derivatives of η with respect to κ and λ, shape (n,) each.
+
+    By the implicit function theorem on the condition above, from which one factor √m is taken out.
+    """
+    by_eta = 2 * (q.r * end.sin + end.c * end.cos / end.delta)
+    by_m = (q.r * end.cos - end.c * end.sin / end.delta) / q.m
+    by_lam = 2 * end.cos * q.ln_r_lam * q.r - end.c * end.sigma * q.alpha_lam / np.sqrt(q.m)
+    return by_m * q.m_kappa / by_eta, (by_m * q.m_lam + by_lam) / by_eta
+
+
+def eta_load(end, q):
+    """Derivative of η with respect to ln p at fixed κ/√p and λ/p, shape (n,): by c/√p alone."""
+    eta_c = -end.angle / (2 * np.sqrt(q.m) * (q.r * end.sin + end.c * end.cos / end.delta))
+    return -0.5 * end.c * eta_c
 
 
 def _start(c, sin_half, slope, first, q):
     """Start for t: next to a clamp the condition to second order, elsewhere the strip without reactions.
 
-    A strip without load from the walls has a held end at cot η = c/√F.
+    A strip without load from the walls has a spring end at cot η = c/√F.
     """
     square = c * sin_half * (1 - slope * slope) / q.cos_half_alpha
     linear = 2 * (c * slope / q.cos_half_alpha - q.r * sin_half)

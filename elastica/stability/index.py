@@ -24,7 +24,7 @@ import numpy as np
 
 from elastica.codes import Stability
 from elastica.equilibria.newton import ROUNDING
-from elastica.pendulum.segments import geometry
+from elastica.pendulum.segments import load_slopes
 
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
@@ -107,8 +107,9 @@ def response_of_lines(segments, arcs):
     """
     response = 0.0
     for count, piece in zip(segments.values(), arcs, strict=True):
-        g = geometry(piece, load=True)
-        response = response + count * (g.shorter_load - g.shorter_lam * g.rise_load / g.rise_lam)
+        slopes = load_slopes(piece)
+        turned = slopes.shorter_lam * slopes.rise_load / slopes.geometry.rise_lam
+        response = response + count * (slopes.shorter_load - turned)
     return response
 
 
