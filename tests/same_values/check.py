@@ -2,7 +2,7 @@
 
     OPENBLAS_NUM_THREADS=1 .venv/bin/python -m pytest -q -p no:cacheprovider tests/same_values/check.py
 
-takes about 80 s of processor time, on a busy machine up to 120 s. With --full the four studies of the
+takes about 80 s of processor time, on a busy machine up to 150 s. With --full the four studies of the
 catalogue that are thinned otherwise are computed whole, for about 15 s more.
 
 Plain `pytest` does not collect it, for the hashes are those of one machine: other vector units of the
@@ -16,6 +16,7 @@ and the reasons why points failed.
 """
 
 import json
+import signal
 import sys
 import warnings
 from importlib.metadata import entry_points
@@ -44,6 +45,8 @@ def elastica(*arguments):
     (script,) = entry_points(group="console_scripts", name="elastica")
     with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as end:
         patch.setattr(sys, "argv", ["elastica", *map(str, arguments)])
+        # What the command does about signals is not for the tests after it.
+        patch.setattr(signal, "signal", lambda *_: None)
         script.load()()
     assert end.value.code in (0, 3)
 
