@@ -301,27 +301,41 @@ def failure_indices(control):
     return tuple(f"failure_{axis}" for axis in ("ends", "H", control, "state"))
 
 
-def unknown(name, variable, shape, states, ends):
-    """Values of a variable where nothing was found: no equilibrium, if the state has a meaning there.
+def first_root(name):
+    """Name of the first root of a state's word: of the state itself where it is one."""
+    return name.partition(":")[0]
+
+
+def status_unless_found(states, ends):
+    """Status of states where they are not found: no equilibrium, if they have a meaning with these ends."""
+    has_meaning = [is_canonical(first_root(state), ends) for state in states]
+    return np.where(has_meaning, Status.NO_EQUILIBRIUM, Status.NOT_COMPUTED).astype("i1")
+
+
+def nothing_found(points, ends, control, states, outputs):
+    """Variables of points with the same ends as long as nothing is found.
 
     Parameters
     ----------
-    name : str
-    variable : Variable
-    shape : tuple of int
+    points : int
+    ends, control : str
     states : sequence of str
-        Labels of the states, the last axis of `status`.
-    ends : str
+        Their labels.
+    outputs : studies.design.tables.Outputs
 
     Returns
     -------
-    ndarray
+    dict of str to ndarray, shape (points, states, ...)
     """
-    values = np.full(shape, variable.missing, variable.dtype)
-    if name == "status":
-        known = [is_canonical(state.partition(":")[0], ends) for state in states]
-        values[..., known] = Status.NO_EQUILIBRIUM
-    return values
+    labels = coordinates((ends,), (), control, (), states, outputs)
+    arrays = {
+        name: np.full(
+            (points, *(labels[dim].size for dim in variable.dims[3:])), variable.missing, variable.dtype
+        )
+        for name, variable in per_state(labels, outputs).items()
+    }
+    arrays["status"][:] = status_unless_found(states, ends)
+    return arrays
 
 
 def absent(name, status, among, states):
@@ -341,8 +355,8 @@ def absent(name, status, among, states):
     -------
     ndarray of int, shape (...)
     """
-    word = name.partition(":")[0]
-    roots = [number for number, state in enumerate(states) if state.partition(":")[0] == word]
+    word = first_root(name)
+    roots = [number for number, state in enumerate(states) if first_root(state) == word]
     lost = (among[..., roots] == Status.NOT_FOLLOWED).any(axis=-1)
     return np.where(lost & (status == Status.NO_EQUILIBRIUM), Status.NOT_FOLLOWED, status)
 
@@ -362,5 +376,5 @@ def word_failed(status, states):
     """
     failed = status == Status.FAILED
     place = {state: number for number, state in enumerate(states)}
-    first = [place.get(state.partition(":")[0], number) for state, number in place.items()]
+    first = [place.get(first_root(state), number) for state, number in place.items()]
     return failed | failed[..., first]

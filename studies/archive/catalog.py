@@ -1,7 +1,8 @@
 """The index of a catalog: what its archived datasets hold, found without opening one of them.
 
-A catalog is a folder with `index.json` and the datasets that it names. Not here: how a dataset gets in and
-is verified (`archive`).
+A catalog is a folder with `index.json` and the datasets that it names.
+
+Not here: how a dataset gets in and is verified (`archive`).
 """
 
 import json

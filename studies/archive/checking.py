@@ -21,6 +21,7 @@ from studies.messages import cut
 from studies.schema import (
     STATES_NOT_COMPUTED,
     control_of,
+    first_root,
     word_failed,
 )
 from studies.store.content import content_hash, read_content
@@ -126,7 +127,7 @@ def _agreement(study, labels, attributes):
         if not np.array_equal(labels[axis], np.array(expected))
     ]
     asked = set(study.task.names)
-    first_roots = {name.partition(":")[0] if study.task.every_root else name for name in labels["state"]}
+    first_roots = {first_root(name) if study.task.every_root else name for name in labels["state"]}
     if not first_roots <= asked:
         problems.append("there are states that the study did not ask for")
     return problems
@@ -191,14 +192,14 @@ def _excuses(values, labels, failures, attributes, study):
     absent = status == Status.NOT_COMPUTED
     points = absent.all(axis=-1)
     for number, ends in enumerate(labels["ends"]):
-        has_meaning = [is_canonical(name.partition(":")[0], ends) for name in names]
+        has_meaning = [is_canonical(first_root(name), ends) for name in names]
         absent[number, ..., ~np.array(has_meaning)] = False
     absent &= ~word_failed(status, names) & ~points[..., None]
     refined = study is not None and study.grid.refine
     if points.any() and not refined and attributes.get("points_not_computed") != points.sum():
         problems.append(f"{points.sum():,} points are not computed, and the file does not say so")
     unsearched = attributes.get(STATES_NOT_COMPUTED, "").split()
-    absent[..., [name.partition(":")[0] in unsearched or name in unsearched for name in names]] = False
+    absent[..., [first_root(name) in unsearched or name in unsearched for name in names]] = False
     if absent.any():
         problems.append(f"{absent.sum():,} states are not computed at points that are")
     return problems

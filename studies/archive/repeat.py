@@ -1,8 +1,9 @@
 """Find values of a dataset again: grid points are solved anew, transitions searched anew, and compared.
 
-What a file says of itself excuses nothing: a point that it calls critical must be critical again, its `error`
-is measured against the new one, and what cannot be compared is counted. Not here: what a file can be told to
-be wrong without solving anything (`checking`).
+What a file says of itself excuses nothing: a point that it calls critical must be critical again, its
+`error` is measured against the new one, and what cannot be compared is counted.
+
+Not here: what a file can be told to be wrong without solving anything (`checking`).
 """
 
 from itertools import product
@@ -13,7 +14,7 @@ import numpy as np
 from elastica.codes import Event, Stability, Status
 from studies.design.block import Gaps
 from studies.running.evaluate import find_events, solve_points
-from studies.schema import VARIABLES, absent, coordinates, per_state, unknown, word_failed
+from studies.schema import VARIABLES, absent, first_root, nothing_found, word_failed
 from studies.store.transition_table import in_order, place_of
 
 SAMPLE_GAPS = 3
@@ -99,7 +100,7 @@ def repeat_points(study, labels, values, sample, seed, older, unsearched):
             room = np.minimum(room, CHAIN_ROOM)
         room = np.where(critical, np.maximum(room, CRITICAL_ROOM), room)
         differing = {name: _differs(name, old, again, sure, critical, room) for name in again}
-        lost = [name for name in found if name not in names and name.partition(":")[0] not in unsearched]
+        lost = [name for name in found if name not in names and first_root(name) not in unsearched]
         status = solved["status"][:, [found.index(name) for name in lost]]
         differing["state"] = (status == Status.SOLVED).any(axis=1) & ~missing.any(axis=1)
         for name, differs in differing.items():
@@ -125,15 +126,13 @@ def _chosen(computed, control, sample, seed):
 
 def _labelled(solved, found, names, study, ends):
     """What was solved now, with the states in the order of the dataset."""
-    labels = coordinates((ends,), (), study.grid.control, (), names, study.outputs)
+    arrays = nothing_found(len(solved["status"]), ends, study.grid.control, names, study.outputs)
     common = [(state, found.index(name)) for state, name in enumerate(names) if name in found]
-    arrays = {}
-    for name, variable in per_state(labels, study.outputs).items():
-        sizes = (len(solved["status"]), *(labels[dim].size for dim in variable.dims[3:]))
-        arrays[name] = unknown(name, variable, sizes, names, ends)
-        for state, place in common if name in solved else ():
-            extra = tuple(slice(min(both)) for both in zip(sizes[2:], solved[name].shape[2:], strict=True))
-            arrays[name][(slice(None), state, *extra)] = solved[name][(slice(None), place, *extra)]
+    for name in arrays.keys() & solved.keys():
+        new, old = arrays[name], solved[name]
+        extra = tuple(slice(min(sizes)) for sizes in zip(new.shape[2:], old.shape[2:], strict=True))
+        for state, place in common:
+            new[(slice(None), state, *extra)] = old[(slice(None), place, *extra)]
     for state, name in enumerate(names):
         arrays["status"][:, state] = absent(name, arrays["status"][:, state], solved["status"], found)
     return arrays

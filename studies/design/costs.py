@@ -1,6 +1,8 @@
 """What computing costs: seconds of work on one core, and bytes of a dataset.
 
-They decide how a grid is cut and what a user is told, and never a value. Not here: the cutting (`plan`).
+They decide how a grid is cut and what a user is told, and never a value.
+
+Not here: the cutting (`plan`).
 """
 
 from math import ceil, prod

@@ -2,6 +2,8 @@
 
 The report and the run read the same frozen plan, so they cannot differ. How the grid is cut is policy: it
 never changes a value.
+
+Not here: what the work costs (`costs`), where a refined study computes (`refinement`).
 """
 
 from dataclasses import dataclass

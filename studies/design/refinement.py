@@ -4,8 +4,9 @@ On the grid of integers, whose steps are those of the finest labels, a cell is m
 it, or on its boundary, do not all have the same stable states. A mixed cell is cut in four, so the points
 that are wanted follow from the points that are known: no tree is stored, and a run that was stopped goes on
 from its shards. What is found on an edge is known to both cells beside it, so a boundary is followed
-wherever it leads. Not here: what is known in files (`sources`), how the
-points are computed (`runner`).
+wherever it leads.
+
+Not here: what is known in files (`sources`), how the points are computed (`runner`).
 """
 
 import numpy as np

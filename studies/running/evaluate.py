@@ -2,6 +2,7 @@
 
 An exception at one point costs that point: the block is halved until the point stands alone, then the
 states that are searched together until the guilty one does, which is recorded as failed with the reason.
+
 Not here: files, processes, progress.
 """
 
@@ -19,7 +20,7 @@ from elastica.paths.transitions import transitions
 from elastica.solution import Solution, solve
 from elastica.state import is_canonical, parse_state
 from studies.errors import StudyError
-from studies.schema import PER_CONTACT, VARIABLES, absent, coordinates, per_state, unknown
+from studies.schema import PER_CONTACT, VARIABLES, absent, nothing_found
 from studies.store.transition_table import Row, place_of
 
 PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
@@ -112,11 +113,7 @@ def solve_points(ends, H, control, prescribed, task, within=here):
         outcomes += isolate_failures(compute, names, H.size)
     exist = [some.name for some in outcomes if (some.values["status"] != Status.NO_EQUILIBRIUM).any()]
     names = task.in_order(exist)
-    labels = coordinates((ends,), (), control, (), names, task.outputs)
-    arrays = {
-        name: unknown(name, variable, (H.size, *(labels[dim].size for dim in variable.dims[3:])), names, ends)
-        for name, variable in per_state(labels, task.outputs).items()
-    }
+    arrays = nothing_found(H.size, ends, control, names, task.outputs)
     failed = []
     place = {name: number for number, name in enumerate(names)}
     for name, points, values, reasons in outcomes:

@@ -1,8 +1,10 @@
 """Whether an HDF5 file keeps its values to itself: looked at before anything in it is followed.
 
-HDF5 can do more than a dataset needs. A variable may lie in another file, be put together from others, or be
-decoded by a library that is loaded for it; groups may be nested without end. A file that somebody else wrote
-must not make its reader open a third one. Not here: what the variables mean (`structure`).
+HDF5 can do more than a dataset needs. A variable may lie in another file, be put together from others, or
+be decoded by a library that is loaded for it; groups may be nested without end. A file that somebody else
+wrote must not make its reader open a third one.
+
+Not here: what the variables mean (`structure`).
 """
 
 from math import prod

@@ -1,8 +1,10 @@
 """netCDF files: how they are opened, and what is done about damaged ones.
 
 netCDF-C and HDF5 are not thread-safe even on different files, so all access of a process goes through one
-lock. Not here: what the variables mean (`schema`), how they are laid out (`layout`), whether they are those
-of a dataset (`datasets`), how a file gets its name (`whole_files`).
+lock.
+
+Not here: what the variables mean (`schema`), how they are laid out (`layout`), whether they are those of a
+dataset (`datasets`), how a file gets its name (`whole_files`).
 """
 
 import errno

@@ -12,7 +12,15 @@ import numpy as np
 from elastica.codes import Stability, Status
 from elastica.control import CONTROLS
 from studies.errors import StudyError
-from studies.schema import control_of, coordinates, failure_indices, per_state, variables, word_failed
+from studies.schema import (
+    control_of,
+    coordinates,
+    failure_indices,
+    first_root,
+    per_state,
+    variables,
+    word_failed,
+)
 from studies.store.content import content_hash
 from studies.store.files import opened, read_labels
 from studies.store.layout import chunks, define, write_failures
@@ -124,7 +132,7 @@ def _new_dataset(out):
 def joined_labels(study, surveyed):
     """States of the dataset that is joined from these sources, in order."""
     asked = set(study.task.names)
-    return study.task.in_order(name for name in surveyed.names if name.partition(":")[0] in asked)
+    return study.task.in_order(name for name in surveyed.names if first_root(name) in asked)
 
 
 def _seal(path):

@@ -1,8 +1,9 @@
 """What finished datasets hold of a study that is yet to be computed.
 
 A dataset leaves out the states that are solved nowhere in it. Where another part of the study does solve
-one, its points lack it: what is missing there remains to be computed. Not here: the copying
-(`joining`), the computing (`runner`).
+one, its points lack it: what is missing there remains to be computed.
+
+Not here: the copying (`joining`), the computing (`runner`).
 """
 
 import json
@@ -16,7 +17,7 @@ from studies.design.request import NUMERICS_VERSION
 from studies.design.study import Study
 from studies.errors import StudyError
 from studies.messages import note
-from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, per_state, word_failed
+from studies.schema import STATES_NOT_COMPUTED, VARIABLES, control_of, first_root, per_state, word_failed
 from studies.store.content import content_hash
 from studies.store.datasets import identify
 from studies.store.files import as_damage_error, mark_of, opened, read_apart, read_labels
@@ -145,7 +146,7 @@ def missing(reuse, study, found):
     grid, task = study.grid, study.task
 
     def word(name):
-        return name.partition(":")[0] if task.every_root else name
+        return first_root(name) if task.every_root else name
 
     asked = set(task.names)
     new = asked - reuse.searched

@@ -1,11 +1,13 @@
 """Shards: one file a block, written by whoever computed it, whose name tells whose it is and whether intact.
 
 The name holds the block's place and extent, its owner and a seal. The owner is a hash of what is computed
-and of the versions of this package, numpy and scipy; the texts of a study are not in it, so a new title costs
-nothing. The seal is a hash of the identity of the study, the labels of the block and every byte: a shard that
-is damaged or cut short is known before netCDF, which may hang on it, opens it. Shards of other owners are
-neither used nor removed. Not here: which blocks there are (`plan`), when they are computed (`runner`), how
-they are joined (`joining`).
+and of the versions of this package, numpy and scipy; the texts of a study are not in it, so a new title
+costs nothing. The seal is a hash of the identity of the study, the labels of the block and every byte: a
+shard that is damaged or cut short is known before netCDF, which may hang on it, opens it. Shards of other
+owners are neither used nor removed.
+
+Not here: which blocks there are (`plan`), when they are computed (`runner`), how they are joined
+(`joining`).
 """
 
 import hashlib

@@ -13,7 +13,7 @@ from elastica.codes import Stability, Status
 from studies.design.block import Scattered
 from studies.design.refinement import UNKNOWN
 from studies.errors import StudyError
-from studies.schema import VARIABLES, absent, unknown
+from studies.schema import absent, first_root, status_unless_found
 from studies.store.files import mark_of, opened, read_labels
 
 
@@ -129,7 +129,7 @@ def read_rows(source, group, ends, H, prescribed, names, values):
             if name in file.variables
         }
     computed = arrays["status"] != Status.NOT_COMPUTED
-    nowhere = unknown("status", VARIABLES["status"], (len(names),), names, ends)
+    nowhere = status_unless_found(names, ends)
     for state, label in enumerate(names):
         if label in place:
             which = computed[:, place[label]]
@@ -155,7 +155,7 @@ def read_rows(source, group, ends, H, prescribed, names, values):
 
 def _searched(source, label):
     """Whether a state was looked for in a file, so that its absence means that it exists nowhere there."""
-    return (label.partition(":")[0] if source.every_root else label) in source.searched
+    return (first_root(label) if source.every_root else label) in source.searched
 
 
 class StableStates:

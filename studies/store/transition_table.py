@@ -2,6 +2,7 @@
 
 The events of a state depend on its gap alone, not on the loads of the grid: they are found at blocks of
 gaps, when the points have told which states there are. A shard of such a block holds rows of the table.
+
 Not here: how they are found (`evaluate`).
 """
 
