@@ -12,7 +12,6 @@ import fcntl
 import os
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import netCDF4
 import numpy as np
@@ -23,9 +22,6 @@ from studies.messages import readable_path
 from studies.sandbox import Lost, call
 from studies.store.access import ACCESS
 from studies.store.layout import CHUNK_BYTES
-
-if TYPE_CHECKING:
-    pass
 
 READING_SECONDS, READING_SPEED = 30.0, 10e6
 """A file that takes longer to read, given its bytes, makes the library loop."""
