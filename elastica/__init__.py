@@ -21,7 +21,8 @@ from elastica.beside import warn_of_pyelastica
 from elastica.codes import Event, Stability, Status
 from elastica.finding import FoundStates, find_states
 from elastica.paths.transitions import Transitions, transitions
-from elastica.solution import Solution, solve
+from elastica.solution import Solution
+from elastica.solving import solve
 from elastica.state import states
 from elastica.strip import Strip
 

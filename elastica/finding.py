@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastica.codes import Status
-from elastica.control import CONTROLS, read_control
+from elastica.control import CONTROLS, LOAD, read_control
 from elastica.ends import Ends, parse_ends
-from elastica.equilibria.lengths import LengthTable
-from elastica.equilibria.roots import CHUNK, every, find
-from elastica.equilibria.shortening_control import Targets
+from elastica.equilibria.roots import CHUNK
+from elastica.exact import equilibria_at, solve
 from elastica.inputs import broadcast
 from elastica.rows import Rows, failures
-from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
-from elastica.solution import solution_of, solve, unfollowed, unusable
+from elastica.solution import solution_of, unfollowed, unusable
 from elastica.state import parse_state, states
 
 
@@ -154,12 +152,12 @@ def find_states(
     """
     ends = parse_ends(ends)
     names = states(ends, max_contacts)
-    chosen, given = read_control(P, shortening)
-    control = chosen.name
-    given, H, shape, labels = broadcast(**{control: given, "H": H})
-    reasons = unusable(control, given, H)
-    good = np.setdiff1d(np.arange(given.size), list(reasons))
-    found = search(names, ends, control, given[good], H[good], admissible=True)
+    control, values = read_control(P, shortening)
+    prescribed, H, shape, labels = broadcast(**{control.name: values, "H": H})
+    scene = Scene(ends, H)
+    reasons = unusable(scene, control, prescribed)
+    good = np.setdiff1d(np.arange(prescribed.size), list(reasons))
+    found = search(names, scene.at(good), control, prescribed[good], admissible=True)
     rows: list[tuple] = []
     lost: dict[int, list[str]] = {}
     for point, number, solution in found:
@@ -174,7 +172,7 @@ def find_states(
         for name in COLUMNS
     }
     point, state = (np.concatenate([row[i] for row in rows]) for i in (0, 1))
-    order = np.lexsort((columns[chosen.potential], point))
+    order = np.lexsort((columns[control.potential], point))
     columns = {name: values[order] for name, values in columns.items()}
     point = point[order]
     named = {}
@@ -188,7 +186,7 @@ def find_states(
             named[f"{name}_label"] = label
     return FoundStates(
         ends,
-        control,
+        control.name,
         point,
         state[order],
         **columns,
@@ -205,7 +203,7 @@ def _padded(values, contacts):
     return np.pad(values, ((0, 0), (0, contacts - values.shape[1])), constant_values=np.nan)
 
 
-def search(names, ends, control, given, H, admissible=False):
+def search(names, scene, control, prescribed, admissible=False):
     """Solve names and all higher roots of the words among them.
 
     Where there may be more roots beyond the end of the search, the next one is `not_followed`.
@@ -214,11 +212,10 @@ def search(names, ends, control, given, H, admissible=False):
     ----------
     names : sequence of str
         Canonical, without root numbers.
-    ends : Ends
-    control : str
-        "P" or "shortening".
-    given, H : ndarray, shape (n,)
-        Loads or shortenings, and half gaps; possible ones.
+    scene : Scene
+    control : Control
+    prescribed : ndarray, shape (n,)
+        Possible loads or shortenings.
     admissible : bool
         Leave out what has a negative reaction before its properties are computed.
 
@@ -230,42 +227,29 @@ def search(names, ends, control, given, H, admissible=False):
     values : Solution
         Of the first root's name, shape (m,).
     """
-    longest = max((len(parse_state(name, ends).word) for name in names), default=0)
+    parsed = [parse_state(name, scene.ends) for name in names]
+    longest = max((len(state.word) for state in parsed), default=0)
     with np.errstate(all="ignore"):
-        # By load, so that few points share a chunk with loads that have room for more periods.
-        order = np.argsort(given if control == "P" else H, kind="stable")
-        for points in np.array_split(order, max(1, -(-given.size // CHUNK))):
-            value, gap = given[points], H[points]
-            scene = Scene(ends, gap)
-            if control == "P":
-                p = FOUR_PI_SQUARED * value
-                pressed = np.flatnonzero(p > 0)
-                table = LengthTable(p[pressed], scene.at(pressed))
-            else:
-                targets = Targets(value, scene, longest)
-            for name in names:
-                state = parse_state(name, ends)
+        # By load, so that few points share a chunk with loads that have room for more periods; by gap, so
+        # that a branch serves many points.
+        order = np.argsort(prescribed if control == LOAD else scene.H, kind="stable")
+        for points in np.array_split(order, max(1, -(-prescribed.size // CHUNK))):
+            here, values = scene.at(points), prescribed[points]
+            equilibria = equilibria_at(here, control, values, longest)
+            for state in parsed:
                 if state.straight:
-                    solution = solve(name, H=gap, ends=ends, **{control: value})
-                    yield points, np.ones_like(points), solution
+                    yield points, np.ones_like(points), solve(state, here, control, values)
                     continue
-                beyond = np.zeros(value.size, bool)
-                if control != "P":
-                    found, beyond = targets.every(state)
-                elif state.mode:
-                    found, _ = find(state, p, scene)
-                else:
-                    found, beyond[pressed] = every(state, p[pressed], scene.at(pressed), table)
-                    found = found._replace(point=pressed[found.point])
+                found, beyond = equilibria.every(state)
                 if beyond.any():
                     own = np.flatnonzero(beyond)
                     numbers = np.bincount(found.point, minlength=beyond.size)[own] + 1
-                    yield points[own], numbers, unfollowed(state, ends, control, value[own], gap[own])
+                    yield points[own], numbers, unfollowed(state, here.at(own), control, values[own])
                 if admissible:
                     pull = np.abs(found.lam).max(axis=0, initial=0)
                     pushes = (found.lam[:-1] + found.lam[1:] >= -1e-9 * pull).all(axis=0)
                     found = found.at(pushes | (found.kappa == 0))
                 if found.point.size:
                     own = found.point
-                    solution = solution_of(state, ends, control, value[own], gap[own], found)
+                    solution = solution_of(state, here.at(own), control, values[own], found)
                     yield points[own], found.number, solution

@@ -5,12 +5,9 @@ beams of a hundred nanometres raise no doubt.
 """
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-
-if TYPE_CHECKING:
-    from elastica.strip import Strip
 
 LARGEST = {"length": 1e4, "width": 5.0, "thickness": 0.25}
 SMALLEST = 1e-10
@@ -28,7 +25,7 @@ BUCKLES = 0.25
 MOST_STRAIN = 0.02
 
 
-def of_strip(strip: "Strip") -> Iterator[str]:
+def of_strip(strip: Any) -> Iterator[str]:
     """Sentences about the dimensions and the material of a strip."""
     for name, most in LARGEST.items():
         size = getattr(strip, name)
@@ -54,7 +51,7 @@ def of_strip(strip: "Strip") -> Iterator[str]:
         )
 
 
-def of_loading(strip: "Strip", P: Any = None, H: Any = None, shortening: Any = None) -> Iterator[str]:
+def of_loading(strip: Any, P: Any = None, H: Any = None, shortening: Any = None) -> Iterator[str]:
     """Sentences about dimensionless values that come from physical ones; of several, if all look wrong."""
     slender = strip.thickness / strip.length
     if P is not None:

@@ -68,7 +68,7 @@ def straight(p, scene):
     }
 
 
-def bent(state, scene, found, fixed_shortening=False):
+def bent(state, scene, found, control):
     """Properties of equilibria of any other state.
 
     Parameters
@@ -78,8 +78,8 @@ def bent(state, scene, found, fixed_shortening=False):
         Of each equilibrium.
     found : Equilibria
         With m columns.
-    fixed_shortening : bool
-        Whether the verdict is for prescribed shortening, not for prescribed load.
+    control : Control
+        What is prescribed where the verdict is told.
 
     Returns
     -------
@@ -95,14 +95,14 @@ def bent(state, scene, found, fixed_shortening=False):
         columns = np.flatnonzero(member.ravel() == number)
         segments = state.segments(scene.ends, periods)
         own = found.at(columns)
-        for name, value in _of_pattern(state, segments, scene.at(columns), own, fixed_shortening).items():
+        for name, value in _of_pattern(state, segments, scene.at(columns), own, control).items():
             if name not in values:
                 values[name] = np.empty((scene.size, *value.shape[1:]), value.dtype)
             values[name][columns] = value
     return values
 
 
-def _of_pattern(state, order, scene, found, fixed_shortening):
+def _of_pattern(state, order, scene, found, control):
     """Properties of equilibria that share their segments, `order` from end A to end B."""
     p, kappa, lam = found.p, found.kappa, found.lam
     place = {segment: i for i, segment in enumerate(order)}
@@ -134,7 +134,7 @@ def _of_pattern(state, order, scene, found, fixed_shortening):
     terms = bending + p * shorter
     delta_energy = delta_energy + SAFETY * ROUNDING * terms
     curved = delta_kappa / np.sqrt(np.maximum(p, TINY_THRUST))
-    if fixed_shortening:
+    if control.fixes_shortening:
         distinct = np.stack([lam[place[segment]] for segment in segments])
         along = bounds_at_shortening(segments, arcs, p, scene, distinct, delta_total, state.line)
         curved, delta_length = np.maximum(curved, along[0]), delta_length + along[1]
@@ -144,14 +144,14 @@ def _of_pattern(state, order, scene, found, fixed_shortening):
 
     if state.line:
         index, critical = index_of_lines(segments, flat, delta_total, p)
-        if fixed_shortening:
+        if control.fixes_shortening:
             index = index - ((index > 0) & (response_of_lines(segments, arcs) < 0))
         at_clamps, between_lines = sliding_segments(segments, scene.ends)
         nullity = at_clamps + between_lines + critical
         stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
     else:
         index, critical = index_of_points(segments, geometries, slope >= np.pi / 2)
-        if fixed_shortening:
+        if control.fixes_shortening:
             linear = bordered(segments, p, scene, kappa / np.sqrt(p), distinct, arcs)
             index = index - (linear.shortening_k * linear.load_k < 0)
             critical = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * (

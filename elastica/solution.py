@@ -1,40 +1,29 @@
-"""Solve a named state on arrays of load and gap, and everything a user asks of the result.
+"""What is known of a state on arrays of load and gap, and everything a user asks of it.
 
 Eigenvalues and shapes are computed only when asked for.
+
+Not here: how the state is found (`exact`, `chain`).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from elastica import shapes
 from elastica.codes import Stability, Status
-from elastica.control import read_control
-from elastica.ends import Ends, parse_ends
-from elastica.equilibria.buckled import unresolved_load
-from elastica.equilibria.euler import euler_root
-from elastica.equilibria.roots import find, of_root
-from elastica.equilibria.shortening_control import Targets
-from elastica.inputs import broadcast
-from elastica.properties import bent, straight
+from elastica.control import CONTROLS, LOAD
+from elastica.ends import Ends
+from elastica.properties import bent
 from elastica.rows import described
-from elastica.scales import FOUR_PI_SQUARED
-from elastica.scene import Scene
-from elastica.spelling import did_you_mean
-from elastica.state import Segment, State, parse_state
-
-if TYPE_CHECKING:
-    from elastica.shapes import Shape
-    from elastica.stability.spectrum import Conventional
+from elastica.stability import spectrum, vibration
+from elastica.state import Segment, State
 
 LARGEST_LOAD = 1e6
 SMALLEST_GAP = 1e-50
 """Energies, of the order of H², leave the range of numbers below some 1e-150."""
 SMALLEST_SHORTENING = 1e-11
 """Besides 0: below some 1e-12 a shortening is lost in the rounding of the length, and states with it."""
-METHODS = ("exact", "chain")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,9 +118,7 @@ class Solution:
         Ascending, with weight ∫φ² ds (EI = L = 1), exact zeros as 0.0; of a line state those of its
         free segments; at prescribed shortening on the φ that keep it. NaN where the state is not solved.
         """
-        from elastica.stability.spectrum import eigenvalues
-
-        return eigenvalues(self, count, self.control == "shortening")
+        return spectrum.eigenvalues(self, count, CONTROLS[self.control])
 
     def frequencies(self, count: int) -> np.ndarray:
         """The `count` lowest natural frequencies with contacts free to move, shape (..., count).
@@ -139,11 +126,9 @@ class Solution:
         sign(ω²) √|ω²|, ascending, in units of √(EI/ρA)/L²; exact zeros as 0.0, NaN where the state is not
         solved.
         """
-        from elastica.stability.vibration import frequencies
+        return vibration.frequencies(self, count, CONTROLS[self.control])
 
-        return frequencies(self, count, self.control == "shortening")
-
-    def conventional(self, count: int = 1) -> "Conventional":
+    def conventional(self, count: int = 1) -> spectrum.Conventional:
         """The verdict of the conventional energy method, which holds each contact at its material point.
 
         It is the verdict at constant load, also where the shortening is prescribed.
@@ -153,11 +138,9 @@ class Solution:
         Conventional
             `eigenvalues` (..., count) and `index` (...), NaN and −1 where not solved; `stable` (...), bool.
         """
-        from elastica.stability.spectrum import conventional
+        return spectrum.conventional(self, count)
 
-        return conventional(self, count)
-
-    def shape(self, samples: int) -> "Shape":
+    def shape(self, samples: int) -> shapes.Shape:
         """Points of the strip at `samples` equidistant arc lengths.
 
         Returns
@@ -165,177 +148,56 @@ class Solution:
         Shape
             Fields s (samples,), theta, x, y (..., samples); NaN where there is no equilibrium.
         """
-        from elastica.shapes import sample
-
-        return sample(self, samples)
+        return shapes.sample(self, samples)
 
 
-def solve(
-    state: str,
-    *,
-    P: ArrayLike | None = None,
-    H: ArrayLike | None = None,
-    ends: str | Ends = "clamped-clamped",
-    shortening: ArrayLike | None = None,
-    method: str = "exact",
-    links: int | None = None,
-    clamp: str | None = None,
-    stiffness: Any = None,
-) -> Solution:
-    """Find a state, its admissibility and its stability at every point of broadcast arrays.
-
-    Either the load or the shortening is prescribed. Arrays broadcast as in NumPy, DataArrays of xarray by
-    the names of their dimensions; the answer then consists of DataArrays with the same coordinates.
-    Quantities of pint must be dimensionless. What has a unit, a mask or labels of pandas is refused.
-
-    Parameters
-    ----------
-    state : str
-        Name such as "0", "B1", "U", "Ua", "U-", "UD:2".
-    P : array_like, optional
-        Load P*L²/(4π²EI), from 0 to 1e6.
-    H : array_like
-        Half gap H*/L, from 1e-50 on: the walls are at y = H and y = −H. Each element is a point of its
-        own, so that ``H=[0.1, 0.05]`` asks about two gaps, not about two walls at different distances.
-    ends : str
-        "clamped-clamped" (default) or any other pair of "clamped", "pinned" and spring constants k ≥ 0,
-        such as "clamped-pinned", "0.3/2.5" or "clamped/2.5"; springs but 0 from 1e-12 to 1e12.
-    shortening : array_like, optional
-        Approach of the ends ΔL*/L, 0 or from 1e-11 to 2. `P` is then part of the answer, and stability is
-        that at fixed shortening. Free shapes without a force across (both ends pinned, or clamped and an
-        odd mode) are known up to 1.994; all others are `not_followed` beyond the greatest shortening of
-        their branches, which end at 90 degrees, alternating words and free shapes later.
-    method : str
-        "exact" (default), or "chain" for rigid links and springs.
-    links : int, optional
-        Of the chain: 400 by default.
-    clamp : str, optional
-        Of the chain: "consistent" (default) or "published".
-    stiffness : float, array_like or callable, optional
-        Of the chain: the profile of EI along the strip; see `elastica.chain.solution.solve`.
-
-    Returns
-    -------
-    Solution
-
-    Raises
-    ------
-    ValueError
-        If the state, the ends or the shapes of the arrays make no sense, an array holds no real numbers, or
-        not exactly one of P and shortening is given. A bad number inside an array makes that point
-        `failed`, with its reason in `reasons`, and nothing else.
-
-    Examples
-    --------
-    >>> s = solve("U", P=[2.5, 2.6], H=0.1)
-    >>> s.status.tolist(), s.stability.tolist()
-    ([0, 0], [0, 0])
-    >>> s = solve("Ua", shortening=0.02, H=0.05)
-    >>> print(s.P.round(4), s.index, solve("Ua", P=s.P, H=0.05).index)
-    2.1772 0 1
-    """
-    chain = {"links": links, "clamp": clamp, "stiffness": stiffness}
-    chain = {name: value for name, value in chain.items() if value is not None}
-    if method == "chain":
-        from elastica.chain.solution import solve as solve_chain
-
-        return solve_chain(state, P=P, H=H, ends=ends, shortening=shortening, **chain)
-    if method != "exact":
-        question = did_you_mean(method, METHODS)
-        raise ValueError(f"method = {method!r} is not known{question}; use {' or '.join(METHODS)}")
-    if chain:
-        raise ValueError(f"{', '.join(sorted(chain))}: of a chain only; add method='chain'")
-    ends = parse_ends(ends)
-    state = parse_state(state, ends)
-    chosen, values = read_control(P, shortening)
-    control = chosen.name
-    given, H, shape, labels = broadcast(**{control: values, "H": H})
-    unresolved = unresolved_load(state, ends) / FOUR_PI_SQUARED if control == "P" else np.inf
-    reasons = unusable(control, given, H, unresolved)
-    usable = np.ones(given.size, bool)
-    usable[list(reasons)] = False
-    at = np.flatnonzero(usable)
-    with np.errstate(all="ignore"):
-        lost, at, values = _values(state, Scene(ends, H), control, given, at)
-    arrays = blank(state, given.size)
-    arrays["status"][usable] = Status.NO_EQUILIBRIUM
-    arrays["status"][lost] = Status.NOT_FOLLOWED
-    for name, value in values.items():
-        arrays[name][at] = value
-    arrays[control] = given
-    arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
-    solution = Solution(state, ends, control, H=H.reshape(shape), **arrays, reasons=reasons)
-    return solution if labels is None else label(solution, labels)
-
-
-def label(solution, labels):
-    """A solution as DataArrays, with the dimensions and coordinates of `labels`."""
-    from elastica.labelled import LabelledSolution
-
-    return LabelledSolution.of(solution, labels)
-
-
-def solution_of(state, ends, control, given, H, found):
+def solution_of(state, scene, control, prescribed, found):
     """A solution with one point for each column of `found`.
 
     Parameters
     ----------
     state : State
-    ends : Ends
-    control : str
-    given, H : ndarray, shape (m,)
-        The prescribed values, to the last digit, and gaps of the columns; None for the values found.
+    scene : Scene
+        Of the columns.
+    control : Control
+    prescribed : ndarray, shape (m,)
+        The prescribed values, to the last digit; None for the values found.
     found : Equilibria
         With m columns, their root numbers regardless of the state's.
     """
-    arrays = blank(state, H.size) | bent(state, Scene(ends, H), found, control == "shortening")
-    if given is not None:
-        arrays[control] = given
-    return Solution(state, ends, control, H=H, **arrays)
+    arrays = blank(state, scene.size) | bent(state, scene, found, control)
+    if prescribed is not None:
+        arrays[control.name] = prescribed
+    return Solution(state, scene.ends, control.name, H=scene.H, **arrays)
 
 
-def unfollowed(state, ends, control, given, H):
+def unfollowed(state, scene, control, prescribed):
     """A solution at m points where the search for a state ended before it could tell.
 
     Parameters
     ----------
     state : State
-    ends : Ends
-    control : str
-    given, H : ndarray, shape (m,)
-        The prescribed values, and gaps.
+    scene : Scene
+    control : Control
+    prescribed : ndarray, shape (m,)
     """
-    arrays = blank(state, H.size)
+    arrays = blank(state, scene.size)
     arrays["status"][:] = Status.NOT_FOLLOWED
-    arrays[control] = given
-    return Solution(state, ends, control, H=H, **arrays)
+    arrays[control.name] = prescribed
+    return Solution(state, scene.ends, control.name, H=scene.H, **arrays)
 
 
-def _values(state, scene, control, given, at):
-    """Properties of a state at the flat indices `at`.
-
-    Returns
-    -------
-    lost, at : ndarray of int
-        Where it may be beyond the end of the search; where it is an equilibrium.
-    values : dict of str to ndarray
-        There.
-    """
-    if control == "P":
-        p = FOUR_PI_SQUARED * given[at]
-        if state.straight:
-            return at[:0], at, straight(p, scene.at(at))
-        found, lost = find(state, p, scene.at(at))
-    elif state.straight:
-        # The straight strip has no shortening, and any load up to the one at which it buckles.
-        at = at[given[at] == 0]
-        first = float(euler_root(1, scene.ends)) ** 2
-        return at[:0], at, straight(np.full(at.size, first), scene.at(at))
-    else:
-        found, beyond = Targets(given[at], scene.at(at), len(state.word)).every(state)
-        found, lost = of_root(state, found, beyond)
-    lost, at = at[lost], at[found.point]
-    return lost, at, bent(state, scene.at(at), found, control == "shortening")
+def shaped(solution, shape):
+    """A solution of n points in an array of points."""
+    arrays = {f.name: getattr(solution, f.name) for f in fields(solution)}
+    return replace(
+        solution,
+        **{
+            name: array.reshape(shape + array.shape[1:])
+            for name, array in arrays.items()
+            if isinstance(array, np.ndarray)
+        },
+    )
 
 
 MISSING = {
@@ -362,29 +224,21 @@ def blank(state, n):
     }
 
 
-def unusable(control, given, H, unresolved=np.inf):
-    """Reasons why points cannot be solved, by flat index."""
-    if control == "P":
-        good, allowed = (given >= 0) & (given <= LARGEST_LOAD), f"give a load from 0 to {LARGEST_LOAD:g}"
+def unusable(scene, control, prescribed):
+    """Reasons why points cannot be solved, by index."""
+    if control == LOAD:
+        good = (prescribed >= 0) & (prescribed <= LARGEST_LOAD)
+        allowed = f"give a load from 0 to {LARGEST_LOAD:g}"
     else:
-        good = (given == 0) | ((given >= SMALLEST_SHORTENING) & (given <= 2))
+        good = (prescribed == 0) | ((prescribed >= SMALLEST_SHORTENING) & (prescribed <= 2))
         allowed = f"give an approach of the ends from 0 to 2, 0 or at least {SMALLEST_SHORTENING:g}"
+    wide = (scene.H >= SMALLEST_GAP) & np.isfinite(scene.H)
+    gaps = f"give a half gap above 0, from {SMALLEST_GAP:g} on, below 0.5 if it is to matter"
     reasons = {}
     for name, values, possible, remedy in (
-        (control, given, good, allowed),
-        (
-            "H",
-            H,
-            (H >= SMALLEST_GAP) & np.isfinite(H),
-            f"give a half gap above 0, from {SMALLEST_GAP:g} on, below 0.5 if it is to matter",
-        ),
+        (control.name, prescribed, good, allowed),
+        ("H", scene.H, wide, gaps),
     ):
         for point in np.flatnonzero(~possible):
             reasons.setdefault(int(point), f"{name} = {values[point]:g} is not possible; {remedy}")
-    for point in np.flatnonzero(given >= unresolved):
-        reasons.setdefault(
-            int(point),
-            f"P = {given[point]:g}: above {unresolved:.4g} this shape is a loop narrower than numbers "
-            "of double precision can tell",
-        )
     return reasons

@@ -14,7 +14,7 @@ from xarray import DataArray, Dataset
 
 import studies
 from elastica.codes import Stability, Status
-from elastica.solution import solve
+from elastica.solving import solve
 from elastica.state import parse_state
 from elastica.strip import Strip
 from studies.design.study import Study

@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import eigh, null_space
 
 import elastica
+from elastica.control import LOAD, SHORTENING
 from elastica.stability.spectrum import eigenvalues
 from elastica.stability.vibration import frequencies
 
@@ -62,11 +63,11 @@ def test_frequencies_have_the_signs_of_the_energy_method(name, ends, rng):
     s = scattered(name, ends, rng)
     count = int(s.index.max()) + 4
     flat = s.state.line & (s.flat_length * np.sqrt(s.P) > 1)
-    for held in (False, True):
-        omega, nu = frequencies(s, count, held), eigenvalues(s, count, held)
+    for control in (LOAD, SHORTENING):
+        omega, nu = frequencies(s, count, control), eigenvalues(s, count, control)
         assert (np.diff(omega) >= 0).all()
         assert np.sign(omega).tolist() == np.sign(nu).tolist()
-        if not held:
+        if control == LOAD:
             assert (omega < 0).sum(axis=1).tolist() == (s.index - flat).tolist()
     # One constraint moves each eigenvalue up, not beyond the next.
     free = s.frequencies(count + 1)
@@ -134,7 +135,7 @@ def linear_elements(name, P, H, ends, finer, fixed_shortening=False):
 )
 def test_frequencies_against_a_chain_of_links(name, P, H, ends, held):
     coarse, fine = (linear_elements(name, P, H, ends, finer, held) for finer in (1, 2))
-    omega = frequencies(elastica.solve(name, P=P, H=H, ends=ends), 4, held)
+    omega = frequencies(elastica.solve(name, P=P, H=H, ends=ends), 4, SHORTENING if held else LOAD)
     exact = omega * np.abs(omega)
     assert fine == pytest.approx(exact, rel=0.01, abs=20)
     # Second order: the error is a quarter with links of half the length.
@@ -186,15 +187,15 @@ def test_asymmetric_branch_at_held_shortening():
     turns = 3.65445
     s = elastica.solve("Ua", P=[2.06609, 2.5, 3.0, turns - 1e-5, turns + 1e-5, 3.8, 3.98486], H=0.05)
     assert (s.eigenvalues(2) < 0).sum(axis=1).tolist() == [1] * 7
-    held = eigenvalues(s, 2, fixed_shortening=True)
+    held = eigenvalues(s, 2, SHORTENING)
     assert (held < 0).sum(axis=1).tolist() == [0] * 4 + [1] * 3
     assert np.abs(held[3:5, 0]).max() < 1e-3
 
 
 def test_sliding_of_a_line_keeps_the_shortening():
     s = elastica.solve("U-", P=5.0, H=0.1)
-    free, held = s.eigenvalues(4), eigenvalues(s, 4, fixed_shortening=True)
-    assert held[:2].tolist() == frequencies(s, 2, fixed_shortening=True).tolist() == [0.0, 0.0]
+    free, held = s.eigenvalues(4), eigenvalues(s, 4, SHORTENING)
+    assert held[:2].tolist() == frequencies(s, 2, SHORTENING).tolist() == [0.0, 0.0]
     # The two segments bend against each other at no change of the shortening.
     assert held[2] == pytest.approx(free[2], rel=1e-12)
     assert held[3] > free[3] + 100
@@ -203,7 +204,7 @@ def test_sliding_of_a_line_keeps_the_shortening():
 def test_symmetric_state_at_held_shortening():
     """About the middle sin θ is odd: odd rotations feel the constraint, even ones do not."""
     s = elastica.solve("U", P=2.5, H=0.1)
-    free, held = s.eigenvalues(6), eigenvalues(s, 6, fixed_shortening=True)
+    free, held = s.eigenvalues(6), eigenvalues(s, 6, SHORTENING)
     kept = np.isclose(free[:, None], held, rtol=1e-10).any(axis=1)
     assert 0 < kept.sum() < 6
     assert (held >= free * (1 - 1e-10)).all()

@@ -16,10 +16,10 @@ from elastica.chain.splitting import Mesh, mesh_of, split
 from elastica.chain.start import continued, exact_start, follows, lam_signs
 from elastica.chain.verdict import judge
 from elastica.codes import Status
-from elastica.control import Control
+from elastica.control import LOAD, Control
 from elastica.ends import End, Ends
+from elastica.exact import solve as solve_exact
 from elastica.scene import Scene
-from elastica.solution import solve as solve_exact
 from elastica.state import State
 
 
@@ -55,12 +55,12 @@ class Model(NamedTuple):
         mean = factor / np.mean(1 / self.mesh.stiffness)
         return self.mesh._replace(stiffness=np.full(self.mesh.links, mean))
 
-    def exact(self, given, H, factor):
+    def exact(self, prescribed, H, factor):
         """The exact state of that strip."""
         stiffness = float(self.base(factor).stiffness[0])
-        given = given / stiffness if self.control.name == "P" else given
+        prescribed = prescribed / stiffness if self.control == LOAD else prescribed
         softer = Ends(*(End(end.k / stiffness) for end in self.ends))
-        return solve_exact(self.state.name, **{self.control.name: given}, H=H, ends=softer)
+        return solve_exact(self.state, Scene(softer, H), self.control, prescribed)
 
     def outcome(self, exact, point, factor):
         """What becomes of one point of an exact solution."""

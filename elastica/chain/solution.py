@@ -17,14 +17,11 @@ from elastica.chain.resolution import SUSPECT, lag, links_for
 from elastica.chain.settings import SETTINGS
 from elastica.chain.splitting import FEWEST_LINKS, mesh_of
 from elastica.codes import Status
-from elastica.control import CONTROLS, read_control
-from elastica.ends import parse_ends
-from elastica.inputs import broadcast
+from elastica.control import CONTROLS
 from elastica.shapes import Shape
-from elastica.solution import Solution, blank, label, unusable
+from elastica.solution import Solution, blank, unusable
 from elastica.spelling import did_you_mean
 from elastica.stability.spectrum import Conventional
-from elastica.state import parse_state
 
 CLAMPS = tuple(SETTINGS)
 LINKS = 400
@@ -118,25 +115,18 @@ def check_count(count):
 
 
 @single_threaded
-def solve(
-    state,
-    *,
-    P=None,
-    H=None,
-    ends="clamped-clamped",
-    shortening=None,
-    links=LINKS,
-    clamp="consistent",
-    stiffness=None,
-):
-    """Find a state of a chain of links at every point of broadcast arrays.
+def solve(state, scene, control, prescribed, links=LINKS, clamp="consistent", stiffness=None):
+    """A state of a chain of links at n points.
 
     Parameters
     ----------
-    state, P, H, ends, shortening
-        As for `elastica.solve`; P and energies in units of the EI of which `stiffness` is a multiple.
+    state : State
         Like ends make a word and its reversal one name ("Ua" and "aU"): to get the other one of a strip
         that is not uniform, reverse the stiffness.
+    scene : Scene
+    control : Control
+    prescribed : ndarray, shape (n,)
+        Loads are in units of the EI of which `stiffness` is a multiple, as energies are.
     links : int
         Number of links, at least 4 for each free segment.
     clamp : str
@@ -146,7 +136,7 @@ def solve(
 
     Returns
     -------
-    ChainSolution
+    ChainSolution, shape (n,)
 
     Raises
     ------
@@ -158,18 +148,14 @@ def solve(
     UserWarning
         If there are too few links for the load, see `resolution`.
     """
-    ends = parse_ends(ends)
-    state = parse_state(state, ends)
     profile = check_chain(state, links, clamp, stiffness)
-    control, values = read_control(P, shortening)
-    given, H, shape, labels = broadcast(**{control.name: values, "H": H})
-    reasons = unusable(control.name, given, H)
-    model = Model(state, ends, control, SETTINGS[clamp], mesh_of(links, profile))
-    arrays, chains = blank(state, given.size), {}
-    left = np.setdiff1d(np.arange(given.size), list(reasons))
+    reasons = unusable(scene, control, prescribed)
+    model = Model(state, scene.ends, control, SETTINGS[clamp], mesh_of(links, profile))
+    arrays, chains = blank(state, prescribed.size), {}
+    left = np.setdiff1d(np.arange(prescribed.size), list(reasons))
     for base in (1.0,) if profile.uniform else BASES:
         with np.errstate(all="ignore"):
-            exact = model.exact(given[left], H[left], base)
+            exact = model.exact(prescribed[left], scene.H[left], base)
             outcomes = [model.outcome(exact, at, base) for at in range(left.size)]
         for point, outcome in zip(left.tolist(), outcomes, strict=True):
             if outcome.chain:
@@ -180,19 +166,16 @@ def solve(
             for name, value in outcome.values.items():
                 arrays[name][point] = value
         left = left[arrays["status"][left] == Status.FAILED]
-    arrays[control.name] = given
+    arrays |= {control.name: prescribed, "H": scene.H}
     coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
         warnings.warn(
-            f"links = {links} are too few for {len(coarse)} of {given.size} points: their equilibria may "
-            f"have no counterpart in the strip; use links = {max(coarse)}",
+            f"links = {links} are too few for {len(coarse)} of {prescribed.size} points: their equilibria "
+            f"may have no counterpart in the strip; use links = {max(coarse)}",
             stacklevel=4,
         )
-    arrays = {name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
-    arrays["H"] = H.reshape(shape)
     chain = {"links": links, "clamp": clamp, "stiffness": profile, "chains": chains}
-    solution = ChainSolution(state, ends, control.name, **arrays, reasons=reasons, **chain)
-    return solution if labels is None else label(solution, labels)
+    return ChainSolution(state, scene.ends, control.name, **arrays, reasons=reasons, **chain)
 
 
 def check_chain(state, links, clamp, stiffness):

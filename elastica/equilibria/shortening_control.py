@@ -13,7 +13,7 @@ from elastica.equilibria.alternating import alternating
 from elastica.equilibria.buckled import buckled_at_shortening
 from elastica.equilibria.line import line_roots, line_shapes
 from elastica.equilibria.periods import Group, groups
-from elastica.equilibria.roots import has_single_root, no_equilibria, numbered, spread
+from elastica.equilibria.roots import has_single_root, no_equilibria, numbered, of_root, spread
 from elastica.equilibria.tracing import Loads, at_shortening
 
 MOST_PERIODS = 3
@@ -21,7 +21,7 @@ LONGEST_PERIOD = 7.6
 """√p times the longest period below 90°, a little more than 4K(½)."""
 
 
-class Targets:
+class PrescribedShortening:
     """Prescribed shortenings at n points, and what the searches for different words share.
 
     Parameters
@@ -38,6 +38,10 @@ class Targets:
         self.shortening = shortening
         self.scene, self.gap = scene.distinct()
         self.loads = Loads(self.scene, LONGEST_PERIOD * (contacts + 1 + MOST_PERIODS))
+
+    def root(self, state):
+        """The root that a state's name has; see `roots.of_root`."""
+        return of_root(state, *self.every(state))
 
     def every(self, state):
         """Every root of a state, by increasing κ.

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.optimize.elementwise import find_root
 
 from elastica.codes import Stability, Status
+from elastica.control import CONTROLS
 from elastica.ends import Ends
 from elastica.equilibria.branch import Points, settle
 from elastica.equilibria.buckled import free_branch
@@ -23,7 +24,8 @@ from elastica.equilibria.periods import Group
 from elastica.equilibria.roots import spread
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
-from elastica.solution import solution_of, solve
+from elastica.solution import solution_of
+from elastica.solving import solve
 from elastica.state import State, parse_state
 
 LASTING = (Stability.STABLE, Stability.NEUTRAL_FAMILY, Stability.CRITICAL)
@@ -265,4 +267,4 @@ def _solved(arc, t, p, lam):
             points = settle(arc.group.segments, scene, t, p, lam)
         plain = arc.state.segments(arc.ends)
         found = spread(plain, arc.group, np.arange(t.size), points.roots, points.p)
-        return solution_of(arc.state, arc.ends, arc.control, None, scene.H, found), points
+        return solution_of(arc.state, scene, CONTROLS[arc.control], None, found), points

@@ -13,10 +13,12 @@ import numpy as np
 
 from elastica.chain.descent import between_walls, descend
 from elastica.codes import Status
+from elastica.control import LOAD
 from elastica.finding import search
 from elastica.paths.arcs import Arc, arc_through, just_buckled
 from elastica.paths.transitions import NEXT_TO, neighbours
-from elastica.solution import solve
+from elastica.scene import Scene
+from elastica.solving import solve
 from elastica.state import MOST_ENUMERATED, is_canonical, parse_state
 
 CHAINS = ((100, 0.02), (120, -0.02))
@@ -179,8 +181,8 @@ class Loading:
 
     def _found(self, names, loads):
         """Admissible equilibria of names at loads, and their points among these."""
-        gaps = np.full(loads.size, self.H)
-        for points, _, solution in search(names, self.ends, "P", loads, gaps, admissible=True):
+        scene = Scene(self.ends, np.full(loads.size, self.H))
+        for points, _, solution in search(names, scene, LOAD, loads, admissible=True):
             yield solution, points
 
     def _let_go(self, lost, given, upper, part, links, nudge):

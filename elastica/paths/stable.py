@@ -8,12 +8,14 @@ them, by far the longest part of solving where a state does not exist, can be le
 import numpy as np
 
 from elastica.codes import Stability
+from elastica.control import LOAD
 from elastica.ends import parse_ends
 from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.roots import first, has_single_root
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
-from elastica.solution import solution_of, solve
+from elastica.solution import solution_of
+from elastica.solving import solve
 from elastica.state import parse_state
 
 
@@ -48,7 +50,7 @@ def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped
         with np.errstate(all="ignore"):
             found = first(parsed, LengthTable(FOUR_PI_SQUARED * P[at], Scene(ends, H[at])))
             at = at[found.point]
-            solution = solution_of(parsed, ends, "P", P[at], H[at], found)
+            solution = solution_of(parsed, Scene(ends, H[at]), LOAD, P[at], found)
     else:
         at, solution = np.arange(P.size), solve(state, P=P, H=H, ends=ends)
     energy = np.full(P.size, np.nan)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Event
+from elastica.control import CONTROLS
 from elastica.equilibria.alternating import alternating
 from elastica.equilibria.branch import Points, bordered, settle, steepest_angle
 from elastica.equilibria.buckled import free_branch, periodic
@@ -144,7 +145,7 @@ def _described(state, ends, control, group, H, points):
     """What a track gives at points of the point regime."""
     linear = bordered(group.segments, points.p, Scene(ends, H), points.k, points.lam)
     found = spread(state.segments(ends), group, np.arange(H.size), points.roots, points.p)
-    solution = solution_of(state, ends, control, None, H, found)
+    solution = solution_of(state, Scene(ends, H), CONTROLS[control], None, found)
     slope = linear.load_k if control == "P" else linear.shortening_k
     apart = (1 - solution.shortening,) if state.mode else ()
     return solution, _functions(solution, slope, *apart), points.found
@@ -178,7 +179,7 @@ def _line_track(state, ends, H, control, group, samples):
         gaps = H[gap[samples]]
         roots = line_roots(group.segments, t, Scene(ends, gaps))
         found = spread(state.segments(ends), group, np.arange(t.size), roots, t)
-        solution = solution_of(state, ends, control, None, gaps, found)
+        solution = solution_of(state, Scene(ends, gaps), CONTROLS[control], None, found)
         flat = solution.flat_length
         return solution, _functions(solution, flat, np.sqrt(t) * flat - 2 * np.pi), roots.found
 

@@ -23,10 +23,11 @@ from numpy.typing import ArrayLike
 from scipy.optimize.elementwise import find_root
 
 from elastica.codes import Event, Status
+from elastica.control import CONTROLS, LOAD
 from elastica.ends import Ends, parse_ends
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.roots import every, has_single_root
-from elastica.equilibria.shortening_control import Targets
+from elastica.equilibria.roots import has_single_root
+from elastica.exact import equilibria_at
 from elastica.finding import search
 from elastica.inputs import read_number, read_numbers
 from elastica.paths.tracks import tracks
@@ -296,12 +297,9 @@ def _number(state, ends, solution, wanted):
         # Next to its fold a search may miss it, but there is no other.
         numbers[own] = 1
     elif own.size:
-        scene = Scene(ends, solution.H[own])
-        if solution.control == "P":
-            found, _ = every(state, FOUR_PI_SQUARED * solution.P[own], scene)
-        else:
-            targets = Targets(solution.shortening[own], scene, len(state.word))
-            found, _ = targets.every(state)
+        scene, control = Scene(ends, solution.H[own]), CONTROLS[solution.control]
+        prescribed = getattr(solution, control.name)[own]
+        found, _ = equilibria_at(scene, control, prescribed, len(state.word)).every(state)
         away = np.abs(found.kappa - solution.curvature[own][found.point])
         same = (found.periods.T == solution.periods[own][found.point]).all(axis=1)
         same &= away < 1e-6 * np.sqrt(found.p)
@@ -321,7 +319,7 @@ def _met(state, ends, control, columns):
         (1 - NEXT_TO, columns["index_before"] >= 0),
         (1 + NEXT_TO, columns["index_after"] >= 0),
     ):
-        for points, numbers, solution in search(neighbours(state, ends), ends, "P", P * beside, H):
+        for points, numbers, solution in search(neighbours(state, ends), Scene(ends, H), LOAD, P * beside):
             name = solution.state.name
             apart = distance(solution, columns["energy"][points], columns["curvature"][points])
             good = (solution.status == Status.SOLVED) & np.isfinite(apart)

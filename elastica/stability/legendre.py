@@ -25,6 +25,7 @@ import numpy as np
 from scipy.special import ellipkm1
 
 from elastica.codes import Status
+from elastica.control import LOAD
 from elastica.equilibria.roots import pendulums_of
 from elastica.pendulum.elliptic import jacobi
 from elastica.pendulum.segments import TINY, Kind, Pendulum, start_phase, swing_at
@@ -181,7 +182,7 @@ def _chain(solution, segments, contacts_move, pendulums, p, kappa, flat_length, 
     )
 
 
-def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
+def quadratic_forms(elements, terms, inertia=False, control=LOAD):
     """Matrices of Q and of its weight, and the heights and the shortening that φ has to keep.
 
     Parameters
@@ -190,8 +191,8 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
     terms : int
     inertia : bool
         Weight ∫ |η|² ds in place of ∫ φ² ds.
-    fixed_shortening : bool
-        Whether ∫ sin θ φ ds = 0 is one more constraint.
+    control : Control
+        At prescribed shortening ∫ sin θ φ ds = 0 is one more constraint.
 
     Returns
     -------
@@ -203,7 +204,7 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
     vertex_place = [sum(free[:i]) + i * terms for i in range(count + 1)]
     n, size = elements.lengths[0].size, sum(free) + terms * count
     Q, weight = np.zeros((2, n, size, size))
-    constraints = np.zeros((n, size, count + fixed_shortening))
+    constraints = np.zeros((n, size, count + control.fixes_shortening))
     carried = np.zeros((n, size)) if inertia else None
     for i, ell in enumerate(elements.lengths):
         local = slice(0 if free[i] else 1, terms + 2 if free[i + 1] else terms + 1)
@@ -218,7 +219,7 @@ def quadratic_forms(elements, terms, inertia=False, fixed_shortening=False):
             weight[:, place, place] += mass[:, local, local]
         else:
             weight[:, place, place] += ell[:, None, None] * reference_element(terms)[4][local, local]
-        if fixed_shortening:
+        if control.fixes_shortening:
             constraints[:, place, -1] += _integral(np.sin(theta), ell, terms)[:, local]
     for place, vertex in zip(vertex_place, elements.vertex, strict=True):
         if vertex is None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from elastica.blas import single_threaded
 from elastica.codes import Status
+from elastica.control import LOAD
 from elastica.equilibria.euler import euler_root
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability.legendre import (
@@ -24,7 +25,7 @@ from elastica.stability.legendre import (
 )
 
 
-def eigenvalues(solution, count, fixed_shortening=False, terms=None):
+def eigenvalues(solution, count, control=LOAD, terms=None):
     """The `count` lowest eigenvalues of Q at every solved point of a solution.
 
     Parameters
@@ -32,9 +33,9 @@ def eigenvalues(solution, count, fixed_shortening=False, terms=None):
     solution : Solution
     count : int
         At least 1.
-    fixed_shortening : bool
-        Only rotations that keep ΔL to first order, ∫ sin θ φ ds = 0, as under shortening control. Of the
-        straight strip all of them do.
+    control : Control
+        At prescribed shortening only rotations that keep it to first order, ∫ sin θ φ ds = 0. Of the straight
+        strip all of them do.
     terms : int, optional
         Legendre terms in each element, to see how eigenvalues converge; at least as many as `count`. By
         default as many as each shape needs.
@@ -52,7 +53,7 @@ def eigenvalues(solution, count, fixed_shortening=False, terms=None):
         If `count` is not a positive whole number.
     """
     check_count(count)
-    return _eigenvalues(solution, count, fixed_shortening=fixed_shortening, terms=terms)
+    return _eigenvalues(solution, count, control, terms=terms)
 
 
 class Conventional(NamedTuple):
@@ -100,7 +101,7 @@ def conventional(solution, count=1):
 
 
 @single_threaded
-def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False, terms=None):
+def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
     """Lowest eigenvalues of Q, shape (..., count)."""
     result = np.full((solution.status.size, count), np.nan)
     state = solution.state
@@ -109,10 +110,10 @@ def _eigenvalues(solution, count, contacts_move=True, fixed_shortening=False, te
         p = FOUR_PI_SQUARED * solution.P.ravel()[solved]
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*solution.status.shape, count)
-    halved = bool(state.mode) and solution.ends.alike and not fixed_shortening
+    halved = bool(state.mode) and solution.ends.alike and not control.fixes_shortening
     for points, segments, elements, size in chains(solution, count, halved, contacts_move, terms):
-        if fixed_shortening:
-            whole = quadratic_forms(elements, size, fixed_shortening=True).constrained
+        if control.fixes_shortening:
+            whole = quadratic_forms(elements, size, control=control).constrained
             values = [_lowest(elements, whole, sliding(elements.kinds) if state.line else 0)]
         elif state.line:
             # φ = 0 where a line begins and ends: segments do not talk.

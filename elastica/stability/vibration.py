@@ -14,6 +14,7 @@ at a turning end B the boundary term costs a factor (1 + √2)⁴ < 36.
 import numpy as np
 
 from elastica.blas import single_threaded
+from elastica.control import LOAD
 from elastica.stability.legendre import chains, check_count, lowest, quadratic_forms, sliding, with_zeros
 
 LARGEST_GROWTH = 9.0
@@ -23,7 +24,7 @@ MARGIN = 1e-3
 
 
 @single_threaded
-def frequencies(solution, count, fixed_shortening=False):
+def frequencies(solution, count, control=LOAD):
     """The `count` lowest natural frequencies at every solved point of a solution.
 
     Parameters
@@ -31,8 +32,8 @@ def frequencies(solution, count, fixed_shortening=False):
     solution : Solution
     count : int
         At least 1.
-    fixed_shortening : bool
-        Whether end B is held in x as well.
+    control : Control
+        At prescribed shortening end B is held in x as well.
 
     Returns
     -------
@@ -47,10 +48,11 @@ def frequencies(solution, count, fixed_shortening=False):
         If `count` is not a positive whole number.
     """
     check_count(count)
-    fixed_shortening = fixed_shortening and not solution.state.straight
+    # The straight strip keeps its shortening to first order by itself.
+    control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
     for points, _, elements, terms in chains(solution, count):
-        Q, inertia = quadratic_forms(elements, terms, True, fixed_shortening).constrained
+        Q, inertia = quadratic_forms(elements, terms, True, control).constrained
         widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
         squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
         squares = with_zeros(squares, sliding(elements.kinds) if solution.state.line else 0)[:, :count]

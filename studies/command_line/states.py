@@ -94,7 +94,7 @@ def solve(names, ends, loads, shortenings, gaps, eigenvalues, as_json, **method)
 def _answer(name, ends, point, eigenvalues, method):
     """What is known of a state at a point, by name."""
     from elastica.codes import Stability, Status
-    from elastica.solution import solve as solve_state
+    from elastica.solving import solve as solve_state
     from studies.errors import StudyError
 
     with _mechanics(), warnings.catch_warnings(record=True) as doubts:

@@ -8,7 +8,7 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.paths.stable import stable_energy
-from elastica.solution import solve
+from elastica.solving import solve
 from studies.plot.regions import trace
 from studies.plot.style import Boundary
 

@@ -12,12 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Stability, Status
+from elastica.control import LOAD
 from elastica.ends import parse_ends
 from elastica.finding import search
 from elastica.multisection import narrow
 from elastica.paths.quasistatic import Loading
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import solve
+from elastica.scene import Scene
+from elastica.solving import solve
 from studies.plot.boundaries import event_at
 from studies.plot.reading import solves_exactly
 
@@ -242,7 +244,8 @@ def _arcs(loading, piece, holds):
             middle = run[run.size // 2]
             P, curvature = (piece.values[q][middle] for q in ("P", "curvature"))
             name = piece.state.partition(":")[0]
-            for _, _, s in search([name], loading.ends, "P", np.array([P]), np.array([loading.H])):
+            scene = Scene(loading.ends, np.array([loading.H]))
+            for _, _, s in search([name], scene, LOAD, np.array([P])):
                 away = np.abs(s.curvature - curvature) / (1 + np.sqrt(FOUR_PI_SQUARED * P))
                 arc = loading.through(s, int(away.argmin())) if away.min() < SAME else None
                 if arc is not None:

@@ -21,7 +21,7 @@ from scipy.ndimage import distance_transform_edt
 from elastica.codes import Status
 from elastica.control import CONTROLS
 from elastica.paths.stable import stable_energy
-from elastica.solution import solve
+from elastica.solving import solve
 from studies.errors import StudyError
 from studies.plot.between import FIRST, UNFOLLOWED, Between, marks, nearest
 from studies.plot.boundaries import curves_between

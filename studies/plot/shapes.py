@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from elastica.codes import Stability, Status
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import solve
+from elastica.solving import solve
 from studies.errors import StudyError
 from studies.plot.drawing import finished_elsewhere, new_figure
 from studies.plot.reading import method_of, nearest_label, restored

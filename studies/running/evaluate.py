@@ -14,10 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import Status
+from elastica.control import CONTROLS
 from elastica.ends import parse_ends
 from elastica.finding import search
 from elastica.paths.transitions import transitions
-from elastica.solution import Solution, solve
+from elastica.scene import Scene
+from elastica.solution import Solution
+from elastica.solving import solve
 from elastica.state import is_canonical, parse_state
 from studies.errors import StudyError
 from studies.schema import PER_CONTACT, VARIABLES, absent, nothing_found
@@ -174,7 +177,8 @@ def _solve(ends, H, control, prescribed, task, names, points):
 def _search(ends, H, control, prescribed, task, names, points):
     """Every root of words; of a chain those that the strip has."""
     chain = task.method.method == "chain"
-    for place, numbers, solution in search(names, parse_ends(ends), control, prescribed[points], H[points]):
+    scene = Scene(parse_ends(ends), H[points])
+    for place, numbers, solution in search(names, scene, CONTROLS[control], prescribed[points]):
         values = None if chain else _values(solution, task.outputs)
         for number in np.unique(numbers):
             own = np.flatnonzero(numbers == number)

@@ -382,7 +382,7 @@ def test_want_of_memory_is_one_sentence(monkeypatch):
     def more(*_, **__):
         raise MemoryError
 
-    monkeypatch.setattr("elastica.solution.solve", more)
+    monkeypatch.setattr("elastica.solving.solve", more)
     result = invoke("solve", "--state", "U", "--P", 2.5, "--H", 0.1)
     assert (result.exit_code, "there is not enough memory" in result.stderr) == (2, True)
     assert isinstance(result.exception, SystemExit)

@@ -10,9 +10,11 @@ from references.onsets import loads
 
 import elastica
 from elastica import Stability, Status
+from elastica.control import SHORTENING
 from elastica.ends import parse_ends
 from elastica.equilibria.euler import euler_root
 from elastica.finding import search
+from elastica.scene import Scene
 
 FOUR_PI_SQUARED = 4 * np.pi**2
 ALLOWED = ("clamped-clamped", "clamped-pinned", "pinned-pinned", "0.3/2.5", "2.5/0.3", "clamped/0.05", "1/1")
@@ -333,8 +335,8 @@ def test_the_shortening_of_a_state_finds_the_same_state_again(state, rng):
     assert known.any()
     shorter = s.shortening[known]
     nearest = np.full(shorter.size, np.inf)
-    ends = parse_ends("clamped-clamped")
-    for points, _, again in search([state], ends, "shortening", shorter, np.full(shorter.size, H)):
+    scene = Scene(parse_ends("clamped-clamped"), np.full(shorter.size, H))
+    for points, _, again in search([state], scene, SHORTENING, shorter):
         away = np.abs(again.P - s.P[known][points]) + np.abs(again.curvature - s.curvature[known][points])
         np.minimum.at(nearest, points, away)
     assert (nearest < 1e-6).all(), (nearest, s.P[known])

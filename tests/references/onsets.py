@@ -14,7 +14,7 @@ from elastica.ends import parse_ends
 from elastica.equilibria.euler import euler_root
 from elastica.pendulum.line import FOLD
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.solution import solve
+from elastica.solving import solve
 
 WIDEST_ALIKE, WIDEST_UNLIKE = 1.77, 1.139
 """Load over the Euler load at which the first free shape is widest (like ends) or ends in a fold."""
