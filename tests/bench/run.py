@@ -1,6 +1,6 @@
 """What it costs that a study cannot be lost: runs beside a bare loop over the same blocks.
 
-`python tests/benchmark_run.py [SECONDS_OF_A_BLOCK [BLOCKS [ROUNDS]]]` prints wall and processor time, medians
+`python tests/bench/run.py [SECONDS_OF_A_BLOCK [BLOCKS [ROUNDS]]]` prints wall and processor time, medians
 of rounds in which loop and runs take turns; start and final dataset are included. The same blocks take now
 longer and now less, by more than what is to be measured here: `beside the blocks` is what a run spent on all
 else, against what its own blocks took in it. Nothing is asserted.

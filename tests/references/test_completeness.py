@@ -15,7 +15,7 @@ import pytest
 import elastica
 from elastica.state import parse_state
 
-REFERENCES = json.loads((Path(__file__).parent / "references" / "equilibria.json").read_text())
+REFERENCES = json.loads((Path(__file__).parent / "equilibria.json").read_text())
 LARGEST_LOAD = 12.0
 TOLERANCE = 1e-8
 TIE = 1e-7

@@ -1,6 +1,6 @@
 """How much of a chart a refined study gets wrong, by the points that it solves, beside evenly spaced ones.
 
-`python tests/benchmark_refinement.py [PNG]` solves the finest grid once and prints the share of its area in
+`python tests/bench/refinement.py [PNG]` solves the finest grid once and prints the share of its area in
 which the nearest of the points solved has other stable states; nothing is asserted.
 """
 

@@ -1,6 +1,6 @@
 """What many small blocks cost: time, and the memory of client, scheduler and worker, against their number.
 
-`python tests/benchmark_blocks.py [BLOCKS ...]` prints a line for each; nothing is asserted.
+`python tests/bench/blocks.py [BLOCKS ...]` prints a line for each; nothing is asserted.
 """
 
 import json

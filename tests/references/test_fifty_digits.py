@@ -11,7 +11,7 @@ from references.make_states import reference
 import elastica
 from elastica import Status
 
-RECORDS = json.loads((Path(__file__).parent / "references" / "states.json").read_text())["states"]
+RECORDS = json.loads((Path(__file__).parent / "states.json").read_text())["states"]
 SAMPLE = 6
 GROUPS = defaultdict(list)
 for record in RECORDS:
