@@ -57,13 +57,13 @@ def solve(state, scene, control, prescribed):
     at = np.flatnonzero(usable)
     with np.errstate(all="ignore"):
         found, lost, values = _values(state, scene.at(at), control, prescribed[at])
-    arrays = blank(state, prescribed.size)
+    arrays = blank(state, scene)
     arrays["status"][usable] = Status.NO_EQUILIBRIUM
     arrays["status"][at[lost]] = Status.NOT_FOLLOWED
     for name, value in values.items():
         arrays[name][at[found]] = value
     arrays[control.name] = prescribed
-    return Solution(state, scene.ends, control.name, H=scene.H, **arrays, reasons=reasons)
+    return Solution(state, scene.ends, control.name, **arrays, reasons=reasons)
 
 
 def _unresolved(state, scene, control, prescribed, known):

@@ -14,14 +14,19 @@ from elastica.ends import Ends, parse_ends
 from elastica.equilibria.roots import CHUNK
 from elastica.exact import equilibria_at, solve
 from elastica.inputs import broadcast
+from elastica.properties import QUANTITIES, Quantities, documented
 from elastica.rows import Rows, failures
 from elastica.scene import Scene
 from elastica.solution import solution_of, unfollowed, unusable
 from elastica.state import parse_state, states
 
+COLUMNS = sorted(QUANTITIES, key=lambda name: (name not in ("P", "H"), QUANTITIES[name].along))
+"""Where a state is, what it is, and what there is for each of its contacts."""
 
+
+@documented
 @dataclass(frozen=True, eq=False, repr=False)
-class FoundStates(Rows):
+class FoundStates(Rows, Quantities):
     """Equilibria, one row each, by point and then by energy, at prescribed shortening by bending energy.
 
     ``for found in find_states(…)`` gives one row after the other, `to_dataframe` a table of pandas.
@@ -35,12 +40,7 @@ class FoundStates(Rows):
         Flat index of the point in the broadcast arrays of P and H.
     state : ndarray of str, shape (rows,)
         Canonical name, with the number of the root.
-    P, H : ndarray, shape (rows,)
-    status, stability, index, nullity, curvature, energy, bending_energy, shortening, flat_length, max_slope,
-    clearance, error : ndarray, shape (rows,)
-        As in `Solution`.
-    reaction, contact_position : ndarray, shape (rows, contacts)
-        NaN beyond the contacts of the state.
+    {quantities}
     reasons : dict of int to str
         Why a point failed, by its flat index.
     not_followed : dict of int to tuple of str
@@ -52,47 +52,12 @@ class FoundStates(Rows):
     """
 
     row_name = "FoundState"
-    columns = (
-        "point",
-        "state",
-        "P",
-        "H",
-        "status",
-        "stability",
-        "index",
-        "nullity",
-        "curvature",
-        "energy",
-        "bending_energy",
-        "shortening",
-        "flat_length",
-        "max_slope",
-        "clearance",
-        "error",
-        "reaction",
-        "contact_position",
-    )
+    columns = ("point", "state", *COLUMNS)
 
     ends: Ends
     control: str
     point: np.ndarray
     state: np.ndarray
-    P: np.ndarray
-    H: np.ndarray
-    status: np.ndarray
-    stability: np.ndarray
-    index: np.ndarray
-    nullity: np.ndarray
-    curvature: np.ndarray
-    energy: np.ndarray
-    bending_energy: np.ndarray
-    shortening: np.ndarray
-    flat_length: np.ndarray
-    max_slope: np.ndarray
-    clearance: np.ndarray
-    error: np.ndarray
-    reaction: np.ndarray
-    contact_position: np.ndarray
     reasons: dict[int, str]
     not_followed: dict[int, tuple[str, ...]]
     labels: dict[str, np.ndarray]
@@ -111,9 +76,6 @@ class FoundStates(Rows):
             names = dict.fromkeys(name for some in self.not_followed.values() for name in some)
             lines.append(f"not followed, mostly beyond 90 degrees: {' '.join(names)}")
         return "\n".join([*lines, *failures(self.reasons)])
-
-
-COLUMNS = [name for name in FoundStates.columns if name not in ("point", "state")]
 
 
 def find_states(

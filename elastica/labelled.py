@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from elastica.shapes import Shape
-from elastica.solution import PER_CONTACT, PER_SEGMENT, Solution
+from elastica.solution import QUANTITIES, Solution
 from elastica.stability.spectrum import Conventional
 from elastica.state import Segment
 
@@ -37,10 +37,8 @@ class LabelledSolution(Solution):
     def of(cls, plain: Solution, labels: Any) -> "LabelledSolution":
         """Label a solution whose points are those of `labels`."""
         values = {f.name: getattr(plain, f.name) for f in fields(Solution)}
-        for name, value in values.items():
-            if isinstance(value, np.ndarray):
-                extra = "contact" if name in PER_CONTACT else "segment" if name in PER_SEGMENT else ""
-                values[name] = _label(labels, name, value, extra)
+        for name, each in QUANTITIES.items():
+            values[name] = _label(labels, name, values[name], each.along)
         return cls(**values, plain=plain, labels=labels)
 
     def __repr__(self) -> str:

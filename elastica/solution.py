@@ -14,7 +14,7 @@ from elastica import shapes
 from elastica.codes import Stability, Status
 from elastica.control import CONTROLS, LOAD
 from elastica.ends import Ends
-from elastica.properties import bent
+from elastica.properties import Quantities, bent, documented, quantities_of, quantity
 from elastica.rows import described
 from elastica.stability import spectrum, vibration
 from elastica.state import Segment, State
@@ -26,8 +26,9 @@ SMALLEST_SHORTENING = 1e-11
 """Besides 0: below some 1e-12 a shortening is lost in the rounding of the length, and states with it."""
 
 
+@documented
 @dataclass(frozen=True, eq=False)
-class Solution:
+class Solution(Quantities):
     """A state on an array of points; every array has the broadcast shape (...) of P and H first.
 
     All quantities are dimensionless (lengths by L, P by 4π²EI/L², energies by 4π²EI/L, curvatures by
@@ -38,27 +39,7 @@ class Solution:
     state, ends : State, Ends
     control : str
         "P" or "shortening": what is prescribed. Stability is that under this control.
-    P, H : ndarray, shape (...)
-    status : ndarray of int8
-        Codes of `Status`.
-    stability : ndarray of int8
-        Codes of `Stability`, 0 is STABLE; −1 where the status is not solved. `stable` says it with a bool.
-    index, nullity : ndarray of int16
-        Numbers of strictly negative directions and of exact zeros of the second variation; −1 where
-        not solved.
-    curvature : ndarray
-        |θ'| where θ = 0, shared by contacts and clamped ends; 0 for lines and the straight strip.
-    energy, bending_energy, shortening, flat_length, max_slope, clearance : ndarray
-        Total potential, its bending part, ΔL, length lying flat, max |θ| in radians, H − max |y| over
-        interior extrema that are not contacts.
-    reaction, contact_position : ndarray, shape (..., contacts)
-        μ/4π² and arc length of each contact; of a line the sum of its end forces and its beginning.
-    error : ndarray
-        Bound of max(|δκ|/√p, |δℓ|, |δV|/|V|).
-    lam, lengths : ndarray, shape (..., segments)
-        λ (EI/L² = 1, each in its rising convention) and length of the free segments from A to B.
-    periods : ndarray of int8, shape (..., segments)
-        Extra full periods that each free segment has.
+    {quantities}
     reasons : dict of int to str
         Why a point failed, by its flat index.
     """
@@ -66,25 +47,13 @@ class Solution:
     state: State
     ends: Ends
     control: str
-    P: np.ndarray
-    H: np.ndarray
-    status: np.ndarray
-    stability: np.ndarray
-    index: np.ndarray
-    nullity: np.ndarray
-    curvature: np.ndarray
-    energy: np.ndarray
-    bending_energy: np.ndarray
-    shortening: np.ndarray
-    flat_length: np.ndarray
-    max_slope: np.ndarray
-    clearance: np.ndarray
-    reaction: np.ndarray
-    contact_position: np.ndarray
-    error: np.ndarray
-    lam: np.ndarray
-    lengths: np.ndarray
-    periods: np.ndarray
+    lam: np.ndarray = quantity(
+        doc="λ (EI/L² = 1, each in its rising convention) of the free segments from A to B.", along="segment"
+    )
+    lengths: np.ndarray = quantity(doc="Length of the free segments from A to B.", along="segment")
+    periods: np.ndarray = quantity(
+        doc="Extra full periods that each free segment has.", dtype="i1", missing=0, along="segment"
+    )
     reasons: dict[int, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
@@ -165,10 +134,10 @@ def solution_of(state, scene, control, prescribed, found):
     found : Equilibria
         With m columns, their root numbers regardless of the state's.
     """
-    arrays = blank(state, scene.size) | bent(state, scene, found, control)
+    arrays = blank(state, scene) | bent(state, scene, found, control)
     if prescribed is not None:
         arrays[control.name] = prescribed
-    return Solution(state, scene.ends, control.name, H=scene.H, **arrays)
+    return Solution(state, scene.ends, control.name, **arrays)
 
 
 def unfollowed(state, scene, control, prescribed):
@@ -181,10 +150,10 @@ def unfollowed(state, scene, control, prescribed):
     control : Control
     prescribed : ndarray, shape (m,)
     """
-    arrays = blank(state, scene.size)
+    arrays = blank(state, scene)
     arrays["status"][:] = Status.NOT_FOLLOWED
     arrays[control.name] = prescribed
-    return Solution(state, scene.ends, control.name, H=scene.H, **arrays)
+    return Solution(state, scene.ends, control.name, **arrays)
 
 
 def shaped(solution, shape):
@@ -200,28 +169,19 @@ def shaped(solution, shape):
     )
 
 
-MISSING = {
-    "status": Status.FAILED,
-    "stability": Stability.NOT_SOLVED,
-    "index": -1,
-    "nullity": -1,
-    "periods": 0,
-}
-TYPES = {"status": np.int8, "stability": np.int8, "index": np.int16, "nullity": np.int16, "periods": np.int8}
-PER_CONTACT = ("reaction", "contact_position")
-PER_SEGMENT = ("lam", "lengths", "periods")
+QUANTITIES = quantities_of(Solution)
 
 
-def blank(state, n):
-    """The array attributes of a solution at n points of which nothing is known."""
+def blank(state, scene):
+    """The array attributes of a solution at points of which nothing is known: they have failed."""
     contacts = len(state.word)
-    widths = dict.fromkeys(PER_CONTACT, (contacts,))
-    widths |= dict.fromkeys(PER_SEGMENT, (0 if state.straight else contacts + 1,))
-    names = [f.name for f in fields(Solution) if f.name not in ("state", "ends", "control", "H", "reasons")]
-    return {
-        name: np.full((n, *widths.get(name, ())), MISSING.get(name, np.nan), TYPES.get(name, float))
-        for name in names
+    widths = {"": (), "contact": (contacts,), "segment": (0 if state.straight else contacts + 1,)}
+    arrays = {
+        name: np.full((scene.size, *widths[each.along]), each.missing, each.dtype)
+        for name, each in QUANTITIES.items()
     }
+    arrays["status"][:] = Status.FAILED
+    return arrays | {"H": scene.H}
 
 
 def unusable(scene, control, prescribed):

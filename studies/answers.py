@@ -11,12 +11,11 @@ from elastica.finding import FoundStates
 from elastica.labelled import LabelledSolution
 from elastica.solution import Solution
 from studies.errors import StudyError
-from studies.schema import ALONG, COORDINATES, PER_CONTACT, PER_MODE, VARIABLES
+from studies.schema import COORDINATES, VARIABLES
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-EXTRA = {PER_CONTACT: "contact", PER_MODE: "mode", ALONG: "s"}
 TEXT = ("state", "ends")
 
 
@@ -141,7 +140,7 @@ def _dataset(values, dims, coords, control, title):
     for name, array in values.items():
         variable = VARIABLES.get(name)
         attributes = variable.attributes if variable else COORDINATES.get(name, {})
-        extra = EXTRA.get(variable.dims) if variable else None
+        extra = variable.along if variable else ""
         along = dims
         if extra:
             if not array.shape[-1]:

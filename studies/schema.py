@@ -38,7 +38,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.codes import Code, Event, Stability, Status
+from elastica.codes import CODES, Code, Status
+from elastica.properties import ON_DEMAND, QUANTITIES
 from elastica.state import is_canonical
 
 LABEL_DIGITS = 12
@@ -51,11 +52,13 @@ CONTROLS = ("P", "shortening")
 GRID = ("ends", "H", "control")
 """Dimensions of a grid point; `control` stands for the name of what is prescribed."""
 STATES = (*GRID, "state")
-PER_CONTACT, PER_MODE, ALONG = ((*STATES, extra) for extra in ("contact", "mode", "s"))
 
 
 class Variable(NamedTuple):
-    """A data variable: its type, dimensions and CF attributes; `missing` fills what is not known."""
+    """A data variable: its type, dimensions and CF attributes; `missing` fills what is not known.
+
+    `scale` is the one of `Strip.scales` that makes it physical, "" for none.
+    """
 
     dtype: str
     dims: tuple
@@ -64,6 +67,12 @@ class Variable(NamedTuple):
     comment: str = ""
     flags: type[Code] | None = None
     units: str = "1"
+    scale: str = ""
+
+    @property
+    def along(self):
+        """Its dimension besides those of a state: "contact", "mode" or "s"; "" for none."""
+        return "".join(self.dims[len(STATES) :])
 
     @property
     def attributes(self):
@@ -80,94 +89,28 @@ class Variable(NamedTuple):
         return attributes
 
 
+def _of(names, table):
+    """Variables of a table of quantities."""
+    return {
+        name: Variable(
+            each.dtype,
+            (*STATES, each.along) if each.along else STATES,
+            each.long_name,
+            each.missing,
+            each.comment,
+            CODES.get(name),
+            each.units,
+            each.scale,
+        )
+        for name, each in table.items()
+        if name in names
+    }
+
+
 VARIABLES = {
-    "status": Variable(
-        "i1",
-        STATES,
-        "what became of the state",
-        Status.NOT_COMPUTED,
-        flags=Status,
-        comment="of an inadmissible state the values are kept, the verdict is not given",
-    ),
-    "stability": Variable(
-        "i1",
-        STATES,
-        "stability with contacts free to move",
-        Stability.NOT_SOLVED,
-        flags=Stability,
-        comment="by the second variation at the load or shortening prescribed; -1 unless status is solved",
-    ),
-    "index": Variable(
-        "i2",
-        STATES,
-        "number of negative directions of the second variation",
-        -1,
-        comment="-1 unless status is solved",
-    ),
-    "nullity": Variable(
-        "i2",
-        STATES,
-        "number of zero directions of the second variation",
-        -1,
-        comment="-1 unless status is solved",
-    ),
-    "curvature": Variable(
-        "f8", STATES, "curvature where the strip is parallel to the walls", comment="L kappa*"
-    ),
-    "energy": Variable("f8", STATES, "total potential energy", comment="L/(4 pi^2 EI) V*"),
-    "bending_energy": Variable(
-        "f8", STATES, "bending energy", comment="L/(4 pi^2 EI) times the dimensional energy"
-    ),
-    "P": Variable("f8", STATES, "thrust", comment="P* L^2/(4 pi^2 EI)"),
-    "shortening": Variable("f8", STATES, "approach of the ends", comment="Delta L*/L"),
-    "flat_length": Variable("f8", STATES, "length lying flat on the walls", comment="divided by L"),
-    "max_slope": Variable(
-        "f8",
-        STATES,
-        "largest angle between strip and walls",
-        units="radian",
-        comment="beyond pi/2 the strip overhangs; contact of the strip with itself is not modelled",
-    ),
-    "clearance": Variable(
-        "f8",
-        STATES,
-        "gap between a wall and the nearest bump that is not a contact",
-        comment="divided by L; H where there is no such bump",
-    ),
-    "reaction": Variable(
-        "f8",
-        PER_CONTACT,
-        "force of the wall at a contact",
-        comment="L^2/(4 pi^2 EI) mu*; of a line the sum of its two end forces",
-    ),
-    "contact_position": Variable(
-        "f8",
-        PER_CONTACT,
-        "arc length of a contact",
-        comment="divided by L; of a line its beginning",
-    ),
-    "eigenvalue": Variable(
-        "f8",
-        PER_MODE,
-        "eigenvalue of the second variation",
-        comment="EI = L = 1, weight 1, ascending; of a line state those of its free segments",
-    ),
-    "frequency": Variable(
-        "f8",
-        PER_MODE,
-        "natural frequency",
-        comment="rho A = EI = L = 1, sign(omega^2) sqrt|omega^2|, ascending: negative where motion grows",
-    ),
-    "theta": Variable("f8", ALONG, "angle between strip and walls", units="radian"),
-    "x": Variable("f8", ALONG, "position along the walls", comment="divided by L"),
-    "y": Variable("f8", ALONG, "height above the middle", comment="divided by L"),
-    "error": Variable(
-        "f8",
-        STATES,
-        "bound of the relative rounding error",
-        comment="of max(|d kappa|/(2 pi sqrt(P)), |d length|, |d energy/energy|); of a chain the difference "
-        "from the exact state, or from a chain of half as many links",
-    ),
+    **_of(QUANTITIES.keys() - {"H", "error"}, QUANTITIES),
+    **_of(ON_DEMAND, ON_DEMAND),
+    **_of(["error"], QUANTITIES),
     "stable_count": Variable(
         "i2", GRID, "number of states with stability stable", -1, comment="-1 where no state is computed"
     ),
@@ -180,35 +123,25 @@ VARIABLES = {
     ),
 }
 
+EVENT = ("transition",)
 TRANSITIONS = {
-    f"transition_{name}": Variable(
-        dtype, ("transition",), long_name, comment=comment, flags=flags, units=units
-    )
-    for name, dtype, long_name, comment, flags, units in (
-        ("ends", "S1", "end conditions at A and B of an event", "", None, ""),
-        ("H", "f8", "half gap of an event", "H*/L", None, "1"),
-        ("P", "f8", "thrust at an event", "P* L^2/(4 pi^2 EI)", None, "1"),
-        ("shortening", "f8", "approach of the ends at an event", "Delta L*/L", None, "1"),
-        ("state", "S1", "state to which an event happens", "", None, ""),
-        ("other_state", "S1", "state that is met at an event", "empty if none is known", None, ""),
-        ("event", "i1", "what happens to the state", "", Event, ""),
-        (
-            "index_before",
-            "i2",
-            "index of the state just below the load",
-            "-1 where it does not exist",
-            None,
-            "1",
-        ),
-        (
-            "index_after",
-            "i2",
-            "index of the state just above the load",
-            "-1 where it does not exist",
-            None,
-            "1",
-        ),
-    )
+    "transition_ends": Variable("S1", EVENT, "end conditions at A and B of an event", units=""),
+    "transition_H": Variable("f8", EVENT, "half gap of an event", comment="H*/L", scale="distance"),
+    "transition_P": Variable("f8", EVENT, "thrust at an event", comment="P* L^2/(4 pi^2 EI)", scale="force"),
+    "transition_shortening": Variable(
+        "f8", EVENT, "approach of the ends at an event", comment="Delta L*/L", scale="distance"
+    ),
+    "transition_state": Variable("S1", EVENT, "state to which an event happens", units=""),
+    "transition_other_state": Variable(
+        "S1", EVENT, "state that is met at an event", comment="empty if none is known", units=""
+    ),
+    "transition_event": Variable("i1", EVENT, "what happens to the state", flags=CODES["event"]),
+    "transition_index_before": Variable(
+        "i2", EVENT, "index of the state just below the load", comment="-1 where it does not exist"
+    ),
+    "transition_index_after": Variable(
+        "i2", EVENT, "index of the state just above the load", comment="-1 where it does not exist"
+    ),
 }
 """Columns of the transition table, as `elastica.transitions` has them."""
 TRANSITIONS_FAILED = "transitions_failed"

@@ -9,27 +9,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from elastica.properties import QUANTITIES
 from elastica.strip import GIVEN, PHYSICAL, Strip
 from studies.errors import StudyError
-from studies.schema import canonical, control_of
+from studies.schema import TRANSITIONS, VARIABLES, canonical, control_of
 
 if TYPE_CHECKING:
     from xarray import Dataset
 
-QUANTITIES = {
-    "P": "force",
-    "reaction": "force",
-    "energy": "energy",
-    "bending_energy": "energy",
-    "curvature": "curvature",
-    "frequency": "frequency",
-    "transition_P": "force",
-    **dict.fromkeys(("transition_H", "transition_shortening"), "distance"),
-    **dict.fromkeys(
-        ("H", "shortening", "flat_length", "clearance", "contact_position", "s", "x", "y"), "distance"
-    ),
+SCALES = {
+    **{name: variable.scale for name, variable in (VARIABLES | TRANSITIONS).items() if variable.scale},
+    **{"H": QUANTITIES["H"].scale, "s": "distance"},
 }
-"""What variables and coordinates are in physical units; the others stay as they are."""
+"""Which of `Strip.scales` makes variables and coordinates physical; the others stay as they are."""
 PREFIXES = {"": 1.0, "k": 1e3, "M": 1e6, "c": 1e-2, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "μ": 1e-6}
 STRIP = "strip"
 """Attribute with the strip of a dataset in physical units, as JSON."""
@@ -70,10 +62,10 @@ def physical(dataset: "Dataset", strip: Strip) -> "Dataset":
         )
     scales, converted = strip.scales, dataset.copy()
     for name, values in dataset.variables.items():
-        quantity = QUANTITIES.get(str(name), "")
-        if quantity in scales:
-            attributes = {"long_name": values.attrs.get("long_name", name), "units": PHYSICAL[quantity]}
-            converted[name] = (values.dims, values.data * scales[quantity], attributes)
+        key = SCALES.get(str(name), "")
+        if key in scales:
+            attributes = {"long_name": values.attrs.get("long_name", name), "units": PHYSICAL[key]}
+            converted[name] = (values.dims, values.data * scales[key], attributes)
     converted.attrs[STRIP] = json.dumps({name: getattr(strip, name) for name in GIVEN})
     return converted
 
@@ -88,7 +80,7 @@ def dimensionless(dataset: "Dataset") -> tuple["Dataset", Units]:
     """
     labels = "H", control_of(dataset.coords)
     numbers, scales, unknown = dataset.copy(), {}, set()
-    for name in [str(name) for name in dataset.variables if name in QUANTITIES]:
+    for name in [str(name) for name in dataset.variables if name in SCALES]:
         values = dataset[name].variable
         unit = values.attrs.get("units")
         if unit == "1":
@@ -106,16 +98,16 @@ def dimensionless(dataset: "Dataset") -> tuple["Dataset", Units]:
     if not scales:
         return numbers, NUMBERS._replace(unknown=frozenset(unknown))
     strip = strip_of(dataset)
-    for name in QUANTITIES.keys() - dataset.variables.keys():
-        if QUANTITIES[name] in strip.scales:
-            scales[name] = strip.scales[QUANTITIES[name]], PHYSICAL[QUANTITIES[name]]
+    for name in SCALES.keys() - dataset.variables.keys():
+        if SCALES[name] in strip.scales:
+            scales[name] = strip.scales[SCALES[name]], PHYSICAL[SCALES[name]]
     return numbers, Units(scales, frozenset(unknown), strip)
 
 
 def _scale(dataset, name, unit):
     """What the dimensionless 1 of a variable is in a unit."""
-    quantity = QUANTITIES[name]
-    SI = PHYSICAL[quantity]
+    key = SCALES[name]
+    SI = PHYSICAL[key]
     if unit is None:
         raise StudyError(
             f"{name} has lost its attribute 'units': is it a number, or in {SI}? Open the dataset again, or "
@@ -125,9 +117,9 @@ def _scale(dataset, name, unit):
     if not str(unit).endswith(SI) or prefix not in PREFIXES:
         raise StudyError(f"{name} is in units {str(unit)!r}, which are not understood; use 1 or {SI}")
     scales = strip_of(dataset).scales
-    if quantity not in scales:
+    if key not in scales:
         raise StudyError(f"{name} is in {unit}, but the strip has no density")
-    return scales[quantity] / PREFIXES[prefix]
+    return scales[key] / PREFIXES[prefix]
 
 
 def strip_of(dataset):

@@ -151,7 +151,7 @@ def solve(state, scene, control, prescribed, links=LINKS, clamp="consistent", st
     profile = check_chain(state, links, clamp, stiffness)
     reasons = unusable(scene, control, prescribed)
     model = Model(state, scene.ends, control, SETTINGS[clamp], mesh_of(links, profile))
-    arrays, chains = blank(state, prescribed.size), {}
+    arrays, chains = blank(state, scene), {}
     left = np.setdiff1d(np.arange(prescribed.size), list(reasons))
     for base in (1.0,) if profile.uniform else BASES:
         with np.errstate(all="ignore"):
@@ -166,7 +166,7 @@ def solve(state, scene, control, prescribed, links=LINKS, clamp="consistent", st
             for name, value in outcome.values.items():
                 arrays[name][point] = value
         left = left[arrays["status"][left] == Status.FAILED]
-    arrays |= {control.name: prescribed, "H": scene.H}
+    arrays[control.name] = prescribed
     coarse = [links_for(chain, SUSPECT) for chain in chains.values() if lag(chain) > SUSPECT]
     if coarse:
         warnings.warn(

@@ -4,18 +4,40 @@ Not here: errors of the model (friction, thickness, self-contact) and wrong bran
 by construction (`equilibrium`).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from elastica.equilibria.branch import bordered
 from elastica.equilibria.newton import ROUNDING
+from elastica.equilibria.small_deflections import TINY_THRUST
 from elastica.pendulum.segments import load_slopes, shortening
 
 SAFETY = 4.0
 """Roundings that the longest chain of operations adds up, found by comparison with 50-digit solutions."""
 
 
+class Bounds(NamedTuple):
+    """Bounds of what rounding makes of κ, of each length, of their sum and of the energy, shape (n,).
+
+    In units with EI = L = 1; that of the energy is its first variation.
+    """
+
+    kappa: np.ndarray
+    length: np.ndarray
+    total: np.ndarray
+    energy: np.ndarray
+
+
+class BoundsAlong(NamedTuple):
+    """What is added where the load is found too: bounds of κ/√p, of each length and of ln p, shape (n,)."""
+
+    k: np.ndarray
+    length: np.ndarray
+    load: np.ndarray
+
+
 def rounding_bounds(segments, arcs, geometries, p, line):
-    """Bounds for κ, for each length, for their sum and for the energy's first variation.
+    """What rounding makes of a state at a given load.
 
     A length is rounded by ε times its terms and by what the rounding of κ and λ makes of it (much near
     the separatrix), a rise likewise; through the arrow system they move the total length by
@@ -32,8 +54,7 @@ def rounding_bounds(segments, arcs, geometries, p, line):
 
     Returns
     -------
-    delta_kappa, delta_length, delta_total, delta_energy : ndarray, shape (n,)
-        In units with EI = L = 1.
+    Bounds
     """
     slack, pivot, work = 0.0, 0.0, 0.0
     delta_lengths, Ds = [], []
@@ -55,10 +76,10 @@ def rounding_bounds(segments, arcs, geometries, p, line):
     delta_kappa = np.zeros_like(p) if line else SAFETY * slack / np.abs(pivot)
     moved = [SAFETY * d + D * delta_kappa for d, D in zip(delta_lengths, Ds, strict=True)]
     delta_energy = SAFETY * (work + 0.5 * kappa**2 * slack)
-    return delta_kappa, np.max(moved, axis=0), SAFETY * slack, delta_energy
+    return Bounds(delta_kappa, np.max(moved, axis=0), SAFETY * slack, delta_energy)
 
 
-def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
+def bounds_at_shortening(segments, arcs, p, linear, delta_total, line):
     """What rounding makes of a state at prescribed shortening, where the load is found too.
 
     Rounding of the total length (`delta_total`) and of the shortening moves k = κ/√p and ln p along and
@@ -70,19 +91,16 @@ def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
     arcs : sequence of Arc
         One for each distinct segment, arrays of shape (n,).
     p, delta_total : ndarray, shape (n,)
-    scene : Scene
-        Of the n points.
-    lam : ndarray, shape (distinct segments, n)
+    linear : Bordered
+        The equations there, linearised.
     line : bool
         κ = 0 is exact.
 
     Returns
     -------
-    delta_kappa, delta_length, delta_load : ndarray, shape (n,)
-        Bounds for κ/√p, for each length and for ln p, beside those at a given load.
+    BoundsAlong
     """
     k = arcs[0].q.kappa / np.sqrt(p)
-    linear = bordered(segments, p, scene, k, lam, arcs)
     slopes = [load_slopes(piece) for piece in arcs]
     delta_shorter = 0.0
     for (segment, count), piece, of in zip(segments.items(), arcs, slopes, strict=True):
@@ -103,7 +121,28 @@ def bounds_at_shortening(segments, arcs, p, scene, lam, delta_total, line):
         + np.abs(of.length_load + of.geometry.length_lam * along_load * p) * delta_load
         for of, along_k, along_load in zip(slopes, linear.along_k, linear.along_load, strict=True)
     ]
-    return delta_k + 0.5 * k * delta_load, np.max(lengths, axis=0), delta_load
+    return BoundsAlong(delta_k + 0.5 * k * delta_load, np.max(lengths, axis=0), delta_load)
+
+
+def relative_error(bounds, along, p, bending, shorter):
+    """Bound of max(|δκ|/√p, |δℓ|, |δV|/|V|), shape (n,), which datasets call `error`.
+
+    Parameters
+    ----------
+    bounds : Bounds
+    along : BoundsAlong or None
+        At prescribed shortening.
+    p, bending, shorter : ndarray, shape (n,)
+        Thrust, bending energy and shortening: V = bending − p · shorter.
+    """
+    terms = bending + p * shorter
+    delta_k, delta_length = bounds.kappa / np.sqrt(np.maximum(p, TINY_THRUST)), bounds.length
+    delta_energy = bounds.energy + SAFETY * ROUNDING * terms
+    if along:
+        delta_k, delta_length = np.maximum(delta_k, along.k), delta_length + along.length
+        delta_energy = delta_energy + p * shorter * along.load
+    relative = delta_energy / np.maximum(np.abs(bending - p * shorter), ROUNDING * terms)
+    return np.max([delta_k, delta_length, relative], axis=0)
 
 
 def _exact_parameter(segment):

@@ -20,11 +20,13 @@ height grows with λ at fixed length:
 For |θ| < 90° this makes held_j + [D_j > 0] = T_j − 1: 0 for S, 1 for A and 0, 2 more for each period.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from elastica.codes import Stability
+from elastica.equilibria.buckled import periodic
 from elastica.equilibria.newton import ROUNDING
-from elastica.pendulum.segments import load_slopes
 
 FOLD_TOLERANCE = 1e-7
 """|ΣD| relative to its terms below which the count at a fold is not trusted. At a fold two roots merge as
@@ -32,6 +34,68 @@ FOLD_TOLERANCE = 1e-7
 MARGIN = 4.0
 """κ, a flat length and the distance of √p ℓ_f from 2π are taken for zero, where the index is about to change,
 within this multiple of their own error bound."""
+
+
+class Verdict(NamedTuple):
+    """Index, nullity and `Stability` code, integers or arrays of them."""
+
+    index: np.ndarray  # type: ignore[assignment]  # hides tuple.index
+    nullity: np.ndarray
+    stability: np.ndarray
+
+
+def verdict_of_points(segments, arcs, geometries, steep, vanishing, linear=None):
+    """The verdict in the point regime and of free buckling.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    arcs, geometries : sequence of Arc, Geometry
+        One for each distinct segment, arrays of shape (n,).
+    steep, vanishing : ndarray of bool, shape (n,)
+        Where |θ| passes 90°, and where κ is zero to rounding: at the transition to a line.
+    linear : Bordered, optional
+        The equations there, linearised, where the shortening is prescribed.
+
+    Returns
+    -------
+    Verdict
+    """
+    index, critical = index_of_points(segments, geometries, steep)
+    if linear:
+        index, critical = index_at_shortening(index, linear)
+    segment = next(iter(segments))
+    if segment.start == segment.end == 0 and periodic(segment.kind):
+        meet, passed = ends_meet(arcs[0], geometries[0])
+        index, critical = index - (meet & passed), critical | meet
+    critical = critical | vanishing
+    return Verdict(index, critical, verdict(index, critical))
+
+
+def verdict_of_lines(segments, flat_length, delta, p, ends, linear=None):
+    """The verdict in the line regime.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    flat_length, delta, p : ndarray, shape (n,)
+        The length that lies flat, a bound of its error, and the thrust.
+    ends : Ends
+    linear : Bordered, optional
+        The equations there, linearised, where the shortening is prescribed.
+
+    Returns
+    -------
+    Verdict
+    """
+    index, critical = index_of_lines(segments, flat_length, delta, p)
+    if linear:
+        # Where ΔL falls as the load grows, prescribing it takes one negative direction away.
+        index = index - ((index > 0) & (linear.shorter_load < 0))
+    at_clamps, between_lines = sliding_segments(segments, ends)
+    nullity = at_clamps + between_lines + critical
+    stability = verdict(index, critical, third_order=at_clamps > 0, family=between_lines > 0)
+    return Verdict(index, nullity, stability)
 
 
 def index_of_points(segments, geometries, steep):
@@ -60,6 +124,27 @@ def index_of_points(segments, geometries, steep):
         pivot = pivot + count * D
         scale = scale + count * (np.abs(g.length_kappa) + np.abs(D - g.length_kappa))
     return index - (pivot > 0), np.abs(pivot) <= FOLD_TOLERANCE * scale
+
+
+def index_at_shortening(index, linear):
+    """Index where the shortening is prescribed, and whether it is about to change.
+
+    One less where dΔL/dP < 0 along the branch; it changes where ΔL has an extreme along it.
+
+    Parameters
+    ----------
+    index : ndarray of int, shape (n,)
+        At prescribed load.
+    linear : Bordered
+
+    Returns
+    -------
+    index : ndarray of int, shape (n,)
+    at_extreme : ndarray of bool, shape (n,)
+    """
+    scale = np.abs(linear.shorter_k) + np.abs(linear.shortening_k - linear.shorter_k)
+    at_extreme = np.abs(linear.shortening_k) <= FOLD_TOLERANCE * scale
+    return index - (linear.shortening_k * linear.load_k < 0), at_extreme
 
 
 def ends_meet(piece, slopes):
@@ -98,19 +183,6 @@ def index_of_lines(segments, flat_length, delta, p):
     beyond = flat_length - 2 * np.pi / np.sqrt(p)
     critical = np.minimum(np.abs(flat_length), np.abs(beyond)) <= MARGIN * delta
     return turning + (beyond > 0), critical
-
-
-def response_of_lines(segments, arcs):
-    """Change dΔL/d ln p of the shortening of line states along their branch, shape (n,).
-
-    Where it is negative, prescribing the shortening takes one negative direction away.
-    """
-    response = 0.0
-    for count, piece in zip(segments.values(), arcs, strict=True):
-        slopes = load_slopes(piece)
-        turned = slopes.shorter_lam * slopes.rise_load / slopes.geometry.rise_lam
-        response = response + count * (slopes.shorter_load - turned)
-    return response
 
 
 def sliding_segments(segments, ends):

@@ -11,11 +11,6 @@ import click
 from studies.command_line.group import main
 from studies.command_line.options import END_CONDITIONS, JSON, NUMBER, NUMBERS, STATES, Choice, Whole, several
 
-FIELDS = [
-    *("curvature", "energy", "bending_energy", "shortening", "flat_length", "max_slope", "clearance"),
-    *("reaction", "contact_position", "lam", "lengths", "error"),
-]
-
 ENDS = several(
     "--ends",
     kind=END_CONDITIONS,
@@ -94,6 +89,7 @@ def solve(names, ends, loads, shortenings, gaps, eigenvalues, as_json, **method)
 def _answer(name, ends, point, eigenvalues, method):
     """What is known of a state at a point, by name."""
     from elastica.codes import Stability, Status
+    from elastica.properties import QUANTITIES
     from elastica.solving import solve as solve_state
     from studies.errors import StudyError
 
@@ -116,8 +112,10 @@ def _answer(name, ends, point, eigenvalues, method):
         "stability": Stability(int(solution.stability)),
         "index": int(solution.index),
         "nullity": int(solution.nullity),
-        **{field: getattr(solution, field).tolist() for field in FIELDS},
     }
+    numbers = [name for name, each in QUANTITIES.items() if each.dtype == "f8" and name not in answer]
+    numbers.remove("error")
+    answer |= {name: getattr(solution, name).tolist() for name in (*numbers, "lam", "lengths", "error")}
     if solution.periods.any():
         answer["periods"] = solution.periods.tolist()
     if eigenvalues:

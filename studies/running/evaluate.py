@@ -7,7 +7,6 @@ Not here: files, processes, progress.
 """
 
 import warnings
-from dataclasses import fields
 from functools import partial
 from typing import NamedTuple
 
@@ -18,16 +17,13 @@ from elastica.control import CONTROLS
 from elastica.ends import parse_ends
 from elastica.finding import search
 from elastica.paths.transitions import transitions
+from elastica.properties import QUANTITIES
 from elastica.scene import Scene
-from elastica.solution import Solution
 from elastica.solving import solve
 from elastica.state import is_canonical, parse_state
 from studies.errors import StudyError
-from studies.schema import PER_CONTACT, VARIABLES, absent, nothing_found
+from studies.schema import VARIABLES, absent, nothing_found
 from studies.store.transition_table import Row, place_of
-
-PER_CONTACT_NAMES = [name for name, variable in VARIABLES.items() if variable.dims == PER_CONTACT]
-FIELDS = {field.name for field in fields(Solution)}
 
 
 class Outcome(NamedTuple):
@@ -193,11 +189,10 @@ def _search(ends, H, control, prescribed, task, names, points):
 def _values(solution, outputs):
     """What a dataset stores of a solution, by variable."""
     values = {
-        name: getattr(solution, name) for name in VARIABLES if name in FIELDS and name != solution.control
+        name: getattr(solution, name)
+        for name in VARIABLES.keys() & QUANTITIES.keys() - {solution.control}
+        if solution.state.word or not QUANTITIES[name].along
     }
-    if not solution.state.word:
-        for name in PER_CONTACT_NAMES:
-            del values[name]
     if outputs.eigenvalues:
         values["eigenvalue"] = solution.eigenvalues(outputs.eigenvalues)
     if outputs.frequencies:
