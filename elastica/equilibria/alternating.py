@@ -27,6 +27,11 @@ FIRST_STEP = 1 / 16
 """Of walls that are moved all the way, as a share of it."""
 
 
+def has_single_root(segments):
+    """Whether segments have one root at most: all are of kind S, of which the length falls with κ."""
+    return all(segment.kind.turning_points == 1 for segment in segments)
+
+
 def alternating(segments, table):
     """The root of alternating words: it exists where the segments are longer than the strip at κ = 0.
 

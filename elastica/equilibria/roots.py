@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.equilibria.admissibility import clearance
-from elastica.equilibria.alternating import alternating, is_longer
+from elastica.equilibria.alternating import alternating, has_single_root, is_longer
 from elastica.equilibria.buckled import buckled_at_load, periodic
 from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.newton import total_length
@@ -78,7 +78,7 @@ def find(state, p, scene):
         Where it was not found, but may lie beyond the end of the search (see `every`).
     """
     unfollowed = np.zeros(p.size, bool)
-    if state.mode or (state.root == 1 and not state.line and has_single_root(state, scene.ends)):
+    if state.mode or (state.root == 1 and not state.line and has_single_root(state.segments(scene.ends))):
         plain = first(state, LengthTable(p, scene))
         there = np.full(p.size, bool(state.mode))
         there[plain.point] = True
@@ -139,17 +139,12 @@ def every(state, p, scene, table=None):
     if state.line:
         return _lines(state, points), unsearched(state, p, scene)
     others, beyond = _others(state, p, scene, table)
-    if not has_single_root(state, scene.ends):
+    if not has_single_root(state.segments(scene.ends)):
         return numbered([others]), beyond
     plain = first(state, points)
     lost = np.setdiff1d(np.arange(p.size), plain.point, assume_unique=True)
     beyond[lost] |= _taut(state, LengthTable(p[lost], scene.at(lost)))
     return numbered([plain, others]), beyond
-
-
-def has_single_root(state, ends):
-    """Whether all segments are of kind S: their length falls with κ, so there is one root at most."""
-    return all(segment.kind.turning_points == 1 for segment in state.segments(ends))
 
 
 def first(state, table):
@@ -158,7 +153,7 @@ def first(state, table):
     Parameters
     ----------
     state : State
-        A free shape, or a contact word of which `has_single_root` is true.
+        A free shape, or a contact word whose segments have a single root (`has_single_root`).
     table : LengthTable
         Of the points.
 
@@ -175,7 +170,7 @@ def first(state, table):
 
 
 def _taut(state, table):
-    """Whether a word that has_single_root has its root all the same where it was not found: a taut string."""
+    """Whether a word with a single root has it all the same where it was not found: as a taut string."""
     (group,) = groups(state, table.scene.ends, 0)
     return is_longer(group.segments, table)
 
@@ -187,7 +182,7 @@ def _others(state, p, scene, table=None):
     """
     ends = scene.ends
     found, beyond = [], unsearched(state, p, scene)
-    least = int(has_single_root(state, ends))
+    least = int(has_single_root(state.segments(ends)))
     pressed = np.flatnonzero(p > 0)
     if table is None:
         # By load, so that few of them share a chunk with loads that have room for more periods.

@@ -9,11 +9,10 @@ from collections import Counter
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
-from elastica.equilibria.alternating import alternating
 from elastica.equilibria.buckled import buckled_at_shortening
 from elastica.equilibria.line import line_roots, line_shapes
 from elastica.equilibria.periods import Group, groups
-from elastica.equilibria.roots import has_single_root, no_equilibria, numbered, of_root, spread
+from elastica.equilibria.roots import no_equilibria, numbered, of_root, spread
 from elastica.equilibria.tracing import Loads, at_shortening
 
 MOST_PERIODS = 3
@@ -69,22 +68,16 @@ class PrescribedShortening:
                 if state.line:
                     which, p, roots = self._line(group.segments, most)
                 else:
-                    alternate = not periods and has_single_root(state, ends)
-                    which, p, roots = self._point(group.segments, alternate, most)
+                    which, p, roots = self._point(group.segments, most)
                 found.append(spread(state.segments(ends), group, which, roots, p))
         return numbered(found), self.shortening > most[self.gap]
 
-    def _point(self, segments, alternate, most):
-        """Point regime; of alternating words without extra periods with angles beyond 90°.
+    def _point(self, segments, most):
+        """Point regime: a point of the branches for each crossing.
 
         Also raises `most` to the greatest shortening that is traced at each gap.
         """
-        known = None
-        if alternate:
-            roots = alternating(segments, self.loads.table)
-            place = np.flatnonzero(roots.found)
-            known = place, roots.at(place)
-        branch = self.loads.trace(segments, known)
+        branch = self.loads.trace(segments)
         np.maximum.at(most, branch.gap, branch.shorter)
         which, points = at_shortening(segments, branch, self.scene, self.shortening, self.gap)
         return which, points.p, points.roots

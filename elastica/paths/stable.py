@@ -10,8 +10,9 @@ import numpy as np
 from elastica.codes import Stability
 from elastica.control import LOAD
 from elastica.ends import parse_ends
+from elastica.equilibria.alternating import has_single_root
 from elastica.equilibria.lengths import LengthTable
-from elastica.equilibria.roots import first, has_single_root
+from elastica.equilibria.roots import first
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
 from elastica.solution import solution_of
@@ -45,7 +46,7 @@ def stable_energy(state: str, P: np.ndarray, H: np.ndarray, ends: str = "clamped
     """
     ends = parse_ends(ends)
     parsed = parse_state(state, ends)
-    if parsed.word and parsed.root == 1 and not parsed.line and has_single_root(parsed, ends):
+    if parsed.word and parsed.root == 1 and not parsed.line and has_single_root(parsed.segments(ends)):
         at = np.flatnonzero((P > 0) & (H > 0))
         with np.errstate(all="ignore"):
             found = first(parsed, LengthTable(FOUR_PI_SQUARED * P[at], Scene(ends, H[at])))

@@ -11,13 +11,12 @@ import numpy as np
 
 from elastica.codes import Event
 from elastica.control import CONTROLS
-from elastica.equilibria.alternating import alternating
 from elastica.equilibria.branch import Points, bordered, settle, steepest_angle
 from elastica.equilibria.buckled import free_branch, periodic
 from elastica.equilibria.euler import euler_root
 from elastica.equilibria.line import line_roots
 from elastica.equilibria.periods import Group, groups, most_periods
-from elastica.equilibria.roots import has_single_root, spread
+from elastica.equilibria.roots import spread
 from elastica.equilibria.shortening_control import MOST_PERIODS
 from elastica.equilibria.tracing import Loads
 from elastica.pendulum.elliptic import integrals
@@ -58,17 +57,9 @@ def tracks(state, ends, H, control, P_max):
     loads = Loads(Scene(ends, H), np.sqrt(FOUR_PI_SQUARED * P_max))
     for periods in range(min(MOST_PERIODS, most_periods(state, ends, loads.table.p)) + 1):
         for group in groups(state, ends, periods):
-            if state.line:
-                samples = _line_samples(loads, group.segments)
-            else:
-                known = None
-                if not periods and has_single_root(state, ends):
-                    roots = alternating(group.segments, loads.table)
-                    place = np.flatnonzero(roots.found)
-                    known = place, roots.at(place)
-                samples = loads.trace(group.segments, known)
+            samples = _line_samples(loads, group.segments) if state.line else loads.trace(group.segments)
+            make = _line_track if state.line else _point_track
             for pattern in group.patterns:
-                make = _line_track if state.line else _point_track
                 yield make(state, ends, H, control, group._replace(patterns=(pattern,)), samples)
 
 
@@ -98,7 +89,7 @@ def _point_track(state, ends, H, control, group, branch):
         for i, reason in zip(
             edges,
             np.select(
-                [edge.k == 0, np.abs(slope - np.pi / 2) < AT_RIGHT_ANGLE, np.abs(edge.fold) < AT_FOLD],
+                [edge.k == 0, np.abs(slope - np.pi / 2) < AT_RIGHT_ANGLE, np.abs(edge.load_k) < AT_FOLD],
                 [Event.POINT_TO_LINE, Event.RIGHT_ANGLE, Event.FOLD],
                 -1,
             ),

@@ -25,8 +25,8 @@ from scipy.optimize.elementwise import find_root
 from elastica.codes import Event, Status
 from elastica.control import CONTROLS, LOAD
 from elastica.ends import Ends, parse_ends
+from elastica.equilibria.alternating import has_single_root
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.roots import has_single_root
 from elastica.exact import equilibria_at
 from elastica.finding import search
 from elastica.inputs import read_number, read_numbers
@@ -293,7 +293,7 @@ def _number(state, ends, solution, wanted):
     own = np.flatnonzero(wanted)
     if state.mode:
         numbers[own] = 1
-    elif own.size and has_single_root(state, ends) and not solution.periods[own].any():
+    elif own.size and has_single_root(state.segments(ends)) and not solution.periods[own].any():
         # Next to its fold a search may miss it, but there is no other.
         numbers[own] = 1
     elif own.size:

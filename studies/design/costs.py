@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.ends import parse_ends
-from elastica.equilibria.roots import CHUNK, has_single_root
+from elastica.equilibria.alternating import has_single_root
+from elastica.equilibria.roots import CHUNK
 from elastica.state import is_canonical, parse_state
 from studies.schema import coordinates, variables
 
@@ -96,7 +97,7 @@ def _factor(ends):
 
 def _has_closed_start(state, ends):
     """Whether a state is a line state, or one of a word that has a single root."""
-    return state.line or (state.root == 1 and has_single_root(state, ends))
+    return state.line or (state.root == 1 and has_single_root(state.segments(ends)))
 
 
 def bytes_of(study, task, points):
