@@ -78,12 +78,12 @@ class LengthTable:
         """Nodes of κ, shape (nodes, n)."""
         return _nodes(self.p, self.scene)
 
-    def line_roots(self, segments):
-        """The segments at κ = 0, wherever all exist: Roots of n points."""
+    def line_roots(self, segments, where=slice(None)):
+        """The segments at κ = 0 at some of the points, wherever all exist: Roots."""
         for segment in segments:
             if segment not in self._forces:
                 self._forces[segment] = line_force(segment.kind, self.p, self.scene.rise(segment))
-        return Roots.of_lines([self._forces[segment] for segment in segments])
+        return Roots.of_lines([self._forces[segment][where] for segment in segments])
 
     def of(self, segment):
         """Lengths of a segment, up to its first node past 90°."""

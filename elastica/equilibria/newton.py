@@ -55,8 +55,17 @@ class Roots(NamedTuple):
         self.kappa[where] = other.kappa
         self.lam[:, where] = other.lam
 
+    def move(self, where, p, step_kappa, step_lam):
+        """Take a step at some points, shortened where it leads too far; gives its full relative size."""
+        here = p[where], self.kappa[where], self.lam[:, where]
+        size = _relative(step_kappa, step_lam, *here)
+        step_kappa, step_lam = _stay_inside(*here, step_kappa, step_lam)
+        self.kappa[where] = here[1] + step_kappa
+        self.lam[:, where] = here[2] + step_lam
+        return size
 
-def newton(segments, p, scene, kappa, lam, bracket=None, fixed_kappa=False, most_steps=MOST_STEPS):
+
+def newton(segments, p, scene, kappa, lam, bracket=None, most_steps=MOST_STEPS):
     """Solve the arrow system from a start; each point stops on its own test.
 
     Parameters
@@ -71,8 +80,6 @@ def newton(segments, p, scene, kappa, lam, bracket=None, fixed_kappa=False, most
     bracket : Bracket, optional
         Two values of κ between which Σnℓ − 1 changes sign; a step that leaves them is replaced by
         one to their middle.
-    fixed_kappa : bool
-        Hold κ and solve for the rises only (line regime, sweep).
     most_steps : int
         Points that need more are not found.
 
@@ -86,28 +93,40 @@ def newton(segments, p, scene, kappa, lam, bracket=None, fixed_kappa=False, most
     for _ in range(most_steps):
         if not live.size:
             break
-        p_, kappa_, lam_ = p[live], roots.kappa[live], roots.lam[:, live]
-        arrow = arrow_system(segments, p_, scene.at(live), kappa_, lam_)
-        step_kappa = np.zeros_like(kappa_) if fixed_kappa else -arrow.excess / arrow.pivot
-        replaced = np.zeros(live.size, bool)
-        if not fixed_kappa:
-            rises = _relative(np.zeros_like(kappa_), arrow.across, p_, kappa_, lam_)
+        here = p[live], roots.kappa[live], roots.lam[:, live]
+        arrow = arrow_system(segments, here[0], scene.at(live), *here[1:])
+        rises = _relative(np.zeros(live.size), arrow.across, *here)
+        step, replaced = -arrow.excess / arrow.pivot, np.zeros(live.size, bool)
         if bracket is not None:
             known = sign_known(arrow.excess, rises)
-            step_kappa, replaced = bracket.confine(live, kappa_, arrow.excess, known, step_kappa)
-        step_lam = arrow.across + arrow.along * step_kappa
-        size = _relative(step_kappa, step_lam, p_, kappa_, lam_)
-        step_kappa, step_lam = _stay_inside(p_, kappa_, lam_, step_kappa, step_lam)
-        roots.kappa[live] = kappa_ + step_kappa
-        roots.lam[:, live] = lam_ + step_lam
+            step, replaced = bracket.confine(live, here[1], arrow.excess, known, step)
+        size = roots.move(live, p, step, arrow.across + arrow.along * step)
         # A step to the middle is small when the interval is, whatever is in it.
         converged = small(size) & (~replaced | _met(arrow.excess))
-        converged |= stagnated(size, previous[live]) & (fixed_kappa | _met(arrow.excess))
-        if not fixed_kappa:
-            converged |= _exact(arrow.excess) & small(rises)
+        converged |= stagnated(size, previous[live]) & _met(arrow.excess)
+        converged |= _exact(arrow.excess) & small(rises)
         roots.found[live] = converged
         previous[live] = size
         live = live[~converged & ~diverged(size)]
+    return roots
+
+
+def newton_at(segments, p, scene, kappa, lam, most_steps=MOST_STEPS):
+    """Solve for the rises only, at given κ, from a start for λ.
+
+    Parameters and what is returned are those of `newton`.
+    """
+    roots = Roots(np.zeros(p.size, bool), kappa.copy(), lam.copy())
+    live = np.arange(p.size)
+    previous = np.full(p.size, np.inf)
+    for _ in range(most_steps):
+        if not live.size:
+            break
+        arrow = arrow_system(segments, p[live], scene.at(live), kappa[live], roots.lam[:, live])
+        size = roots.move(live, p, np.zeros(live.size), arrow.across)
+        roots.found[live] = small(size) | stagnated(size, previous[live])
+        previous[live] = size
+        live = live[~roots.found[live] & ~diverged(size)]
     return roots
 
 

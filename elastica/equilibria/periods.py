@@ -31,7 +31,7 @@ def groups(state, ends, periods):
     Parameters
     ----------
     state : State
-        A contact word.
+        A contact word, or a free shape, which has no place for extra periods.
     ends : Ends
     periods : int
 
@@ -81,8 +81,9 @@ def unsearched(state, p, scene):
 
 def _compositions(total, places):
     """Every way to write `total` as a sum of `places` whole numbers, first ones large first."""
-    if places == 1:
-        yield (total,)
+    if not places:
+        if not total:
+            yield ()
         return
     for first in range(total, -1, -1):
         for rest in _compositions(total - first, places - 1):

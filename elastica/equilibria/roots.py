@@ -7,7 +7,6 @@ root of a word (`sweep`). In the line regime each segment has one shape (`line`)
 Not here: names (`states`), admissibility, stability.
 """
 
-from collections import Counter
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,7 @@ from elastica.equilibria.alternating import alternating, has_single_root, is_lon
 from elastica.equilibria.buckled import buckled_at_load, periodic
 from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.newton import total_length
-from elastica.equilibria.periods import Group, groups, most_periods, unsearched
+from elastica.equilibria.periods import groups, most_periods, unsearched
 from elastica.equilibria.sweep import every_root
 from elastica.pendulum.elliptic import complementary_parameter
 from elastica.pendulum.segments import arc, pendulum
@@ -163,7 +162,7 @@ def first(state, table):
     """
     ends = table.scene.ends
     plain = state.segments(ends)
-    (group,) = groups(state, ends, 0) if state.word else (Group(Counter(plain), ((0,),)),)
+    (group,) = groups(state, ends, 0)
     roots = buckled_at_load(state, table.p, table.scene) if state.mode else alternating(group.segments, table)
     found = np.flatnonzero(roots.found)
     return spread(plain, group, found, roots.at(found), table.p[found], number=1)

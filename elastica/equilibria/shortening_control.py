@@ -4,14 +4,12 @@ Point states are found along their branches (`tracing`), which are functions of 
 line states along the load at κ = 0. Extra full periods are searched up to three in all.
 """
 
-from collections import Counter
-
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
 from elastica.equilibria.buckled import buckled_at_shortening
 from elastica.equilibria.line import line_roots, line_shapes
-from elastica.equilibria.periods import Group, groups
+from elastica.equilibria.periods import groups
 from elastica.equilibria.roots import no_equilibria, numbered, of_root, spread
 from elastica.equilibria.tracing import Loads, at_shortening
 
@@ -111,6 +109,5 @@ class PrescribedShortening:
     def _free(self, state):
         """Free buckling, which does not depend on the gap."""
         which, p, roots, beyond = buckled_at_shortening(state, self.shortening, self.scene.at(self.gap))
-        plain = state.segments(self.scene.ends)
-        found = spread(plain, Group(Counter(plain), ((0,),)), which, roots, p, number=1)
-        return found, beyond
+        (group,) = groups(state, self.scene.ends, 0)
+        return spread(state.segments(self.scene.ends), group, which, roots, p, number=1), beyond

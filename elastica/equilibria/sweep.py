@@ -19,6 +19,7 @@ from elastica.equilibria.newton import (
     arrow_system,
     below_right_angles,
     newton,
+    newton_at,
     total_length,
 )
 
@@ -69,46 +70,52 @@ def every_root(segments, table):
     near = np.flatnonzero((shortest < 1 + NEARLY) & (longest > 1 - NEARLY))
     if not near.size:
         return Sweep(near, Roots.none(segments, 0), cut_points, cut)
-    excess = sum(count * row.length[:, near] for row, count in rows) - 1
-    pivot = sum(count * row.D[:, near] for row, count in rows)
-    kappa = table.kappa[:, near]
-    _sharpen_start(segments, table, near, excess)
-    lam = np.stack([row.lam[:, near] for row, _ in rows])
-    _sharpen(segments, table.p[near], table.scene.at(near), kappa, lam, excess, pivot)
-    sign = np.where(excess < 0, -1.0, np.where(excess >= 0, 1.0, np.nan))
-
-    def edges(node, point):
-        """Both sides of intervals: κ, λ and Σnℓ − 1."""
-        return (
-            _Edge(
-                kappa[place, point],
-                lam[:, place, point],
-                excess[place, point],
-            )
-            for place in (node, node + 1)
-        )
-
-    node, point = np.nonzero(sign[:-1] * sign[1:] < 0)
-    brackets = [(near[point], *edges(node, point))]
-    node, point = _turns(kappa, excess, pivot)
-    if point.size:
-        left, right = edges(node, point)
-        slopes = pivot[node, point], pivot[node + 1, point]
-        top = _extremum(segments, table.p[near[point]], table.scene.at(near[point]), left, right, slopes)
-        crosses = np.flatnonzero(top.excess * left.excess < 0)
-        left, top, right = (edge.at(crosses) for edge in (left, top, right))
-        brackets += [(near[point[crosses]], left, top), (near[point[crosses]], top, right)]
-
-    points = np.concatenate([bracket[0] for bracket in brackets])
-    low, high = (
-        _Edge(*(np.concatenate(values, axis=-1) for values in zip(*sides, strict=True)))
-        for sides in zip(*(bracket[1:] for bracket in brackets), strict=True)
+    p, scene = table.p[near], table.scene.at(near)
+    nodes = _Nodes(
+        table.kappa[:, near],
+        np.stack([row.lam[:, near] for row, _ in rows]),
+        sum(count * row.length[:, near] for row, count in rows) - 1,
+        sum(count * row.D[:, near] for row, count in rows),
     )
-    roots = _refine(segments, table.p[points], table.scene.at(points), low, high)
-    below = below_right_angles(segments, table.p[points], roots)
+    _sharpen_start(segments, table, near, nodes.excess)
+    _sharpen(segments, p, scene, nodes)
+    point, low, high = _brackets(segments, p, scene, nodes)
+    points, p, scene = near[point], p[point], scene.at(point)
+    roots = _refine(segments, p, scene, low, high)
+    below = below_right_angles(segments, p, roots)
     good, steep = roots.found & below, np.flatnonzero(roots.found & ~below)
     cut_points, cut = _together((cut_points, cut), (points[steep], roots.at(steep)))
     return Sweep(points[good], roots.at(good), cut_points, cut)
+
+
+class _Nodes(NamedTuple):
+    """Words at the nodes: κ, Σnℓ − 1 and ΣnD (nodes, n), λ (distinct segments, nodes, n)."""
+
+    kappa: np.ndarray
+    lam: np.ndarray
+    excess: np.ndarray
+    pivot: np.ndarray
+
+    def at(self, node, point):
+        """One side of intervals between nodes."""
+        return _Side(self.kappa[node, point], self.lam[:, node, point], self.excess[node, point])
+
+
+class _Side(NamedTuple):
+    """One side of a bracket: κ (n,), λ (distinct segments, n), Σnℓ − 1 (n,)."""
+
+    kappa: np.ndarray
+    lam: np.ndarray
+    excess: np.ndarray
+
+    def at(self, where):
+        """Some of the points."""
+        return _Side(self.kappa[where], self.lam[:, where], self.excess[where])
+
+    @classmethod
+    def joined(cls, sides):
+        """Several of them side by side."""
+        return cls(*(np.concatenate(fields, axis=-1) for fields in zip(*sides, strict=True)))
 
 
 def _together(*parts):
@@ -136,18 +143,19 @@ def _sharpen_start(segments, table, near, excess):
     """Replace Σnℓ − 1 at κ = 0 by its exact value where the table cannot tell its sign."""
     unsure = np.flatnonzero(np.abs(excess[0]) < NEARLY)
     points = near[unsure]
-    line = table.line_roots(segments).at(points)
+    line = table.line_roots(segments, points)
     excess[0, unsure] = total_length(segments, table.p[points], line) - 1
 
 
-def _sharpen(segments, p, scene, kappa, lam, excess, pivot):
+def _sharpen(segments, p, scene, nodes):
     """Replace λ, Σnℓ − 1 and ΣnD at nodes beyond κ = 0 where the table may have the wrong sign.
 
     Next to a fold a node lies between two roots, or beside both, by less than the table knows.
     """
+    kappa, lam, excess, pivot = nodes
     node, point = np.nonzero(np.abs(excess[1:]) < UNSURE)
     node, p, scene = node + 1, p[point], scene.at(point)
-    there = newton(segments, p, scene, kappa[node, point], lam[:, node, point], fixed_kappa=True)
+    there = newton_at(segments, p, scene, kappa[node, point], lam[:, node, point])
     arrow = arrow_system(segments, p, scene, there.kappa, there.lam)
     good = there.found & np.isfinite(arrow.pivot)
     node, point = node[good], point[good]
@@ -155,19 +163,33 @@ def _sharpen(segments, p, scene, kappa, lam, excess, pivot):
     excess[node, point], pivot[node, point] = arrow.excess[good], arrow.pivot[good]
 
 
-class _Edge(NamedTuple):
-    """One side of a bracket: κ (n,), λ (distinct segments, n), Σnℓ − 1 (n,)."""
+def _brackets(segments, p, scene, nodes):
+    """Intervals in which Σnℓ − 1 changes its sign: between two nodes, or on both sides of an extremum.
 
-    kappa: np.ndarray
-    lam: np.ndarray
-    excess: np.ndarray
+    Returns
+    -------
+    point : ndarray of int, shape (brackets,)
+    low, high : _Side
+    """
+    sign = np.where(nodes.excess < 0, -1.0, np.where(nodes.excess >= 0, 1.0, np.nan))
+    node, point = np.nonzero(sign[:-1] * sign[1:] < 0)
+    brackets = [(point, nodes.at(node, point), nodes.at(node + 1, point))]
+    node, point = _turns(nodes)
+    if point.size:
+        left, right = nodes.at(node, point), nodes.at(node + 1, point)
+        slopes = nodes.pivot[node, point], nodes.pivot[node + 1, point]
+        top = _extremum(segments, p[point], scene.at(point), left, right, slopes)
+        crosses = np.flatnonzero(top.excess * left.excess < 0)
+        point = point[crosses]
+        left, top, right = (side.at(crosses) for side in (left, top, right))
+        brackets += [(point, left, top), (point, top, right)]
+    points, low, high = zip(*brackets, strict=True)
+    return np.concatenate(points), _Side.joined(low), _Side.joined(high)
 
-    def at(self, where):
-        return _Edge(self.kappa[where], self.lam[:, where], self.excess[where])
 
-
-def _turns(kappa, excess, pivot):
+def _turns(nodes):
     """Intervals in which Σnℓ − 1 may turn round beyond zero although its ends have the same sign."""
+    kappa, _, excess, pivot = nodes
     a, b, slope_a, slope_b = excess[:-1], excess[1:], pivot[:-1], pivot[1:]
     node, point = np.nonzero((a * b > 0) & (slope_a * a < 0) & (slope_b * b > 0))
     width = kappa[node + 1, point] - kappa[node, point]
@@ -184,14 +206,12 @@ def _turns(kappa, excess, pivot):
 def _extremum(segments, p, scene, left, right, slopes):
     """A point beyond zero between two nodes, if Σnℓ − 1 turns round there: false position on ΣnD."""
     a, b, (slope_a, slope_b) = left.kappa.copy(), right.kappa.copy(), (slope.copy() for slope in slopes)
-    best = _Edge(left.kappa.copy(), left.lam.copy(), left.excess.copy())
+    best = _Side(left.kappa.copy(), left.lam.copy(), left.excess.copy())
     live = np.arange(a.size)
     for _ in range(EXTREMUM_STEPS):
         kappa = a[live] + (b[live] - a[live]) * slope_a[live] / (slope_a[live] - slope_b[live])
         here = scene.at(live)
-        there = newton(
-            segments, p[live], here, kappa, best.lam[:, live], fixed_kappa=True, most_steps=NODE_STEPS
-        )
+        there = newton_at(segments, p[live], here, kappa, best.lam[:, live], most_steps=NODE_STEPS)
         arrow = arrow_system(segments, p[live], here, kappa, there.lam)
         best.kappa[live], best.lam[:, live], best.excess[live] = kappa, there.lam, arrow.excess
         before = arrow.pivot * slope_a[live] > 0
