@@ -3,6 +3,8 @@
 Each thread keeps one such helper and starts another when it is lost. A helper ends with the thread that it
 serves, and with its process, however that ends. Time is kept here, whatever the helper does: no wait is
 without a limit. Answers travel by a descriptor of their own: what start-up code or a library prints is none.
+
+Not here: what is done about a call that is lost.
 """
 
 import os

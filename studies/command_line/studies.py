@@ -74,7 +74,8 @@ def run(
     from studies.messages import note
     from studies.running.cluster import queued_cluster, running_cluster
     from studies.running.output import is_settled
-    from studies.running.runner import Policy, compute
+    from studies.running.runner import compute
+    from studies.running.session import Policy
     from studies.store.reuse import borrow
     from studies.store.shards import folder_of
 
@@ -186,7 +187,7 @@ def plan(study, workers):
     """Say what a run would compute, how large and how long; solve nothing."""
     from studies.design.plan import Plan
     from studies.design.study import Study
-    from studies.running.threads import processors
+    from studies.running.processors import processors
 
     for line in Plan.of(Study.from_toml(study)).report(workers or processors()):
         say(line)

@@ -2,7 +2,9 @@
 
 What they compute is not their concern (`dispatch`), and what else the user computes with dask is not theirs.
 Addresses are loopback unless the user names another; traffic that leaves the machine can be encrypted, and
-that of jobs always is. Not here: workers on this machine, which need no cluster (`workers`).
+that of jobs always is.
+
+Not here: workers on this machine (`local`).
 """
 
 import logging
@@ -13,6 +15,8 @@ from shutil import which
 from tempfile import TemporaryDirectory
 
 from studies.errors import StudyError
+from studies.store.shards import OF_CLUSTER
+from studies.whole_files import PART
 
 QUEUES = {
     "slurm": "SLURMCluster",
@@ -143,9 +147,6 @@ def _encryption(folder):
     """The certificates that dask is configured for, or some for this run, in files of the user alone."""
     import dask
     from distributed import Security
-
-    from studies.store.shards import OF_CLUSTER
-    from studies.whole_files import PART
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)

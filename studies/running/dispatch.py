@@ -1,7 +1,9 @@
-"""Dispatch blocks to the workers of a dask cluster, whoever started it.
+"""Dispatch blocks to the workers of a dask client, wherever they are and whoever started them.
 
 A few blocks are in flight for each thread and their results are let go at once, so that neither client nor
 scheduler grows with the study. Workers may leave and join; who cannot do the job is not given any.
+
+Not here: the workers (`local`, `cluster`), what they do with a block (`worker`).
 """
 
 import time
@@ -58,19 +60,23 @@ def dispatch(client, blocks, job):
             future = next(flight)
             block, tries = owner.pop(future)
             try:
-                done = future.result()
-            except (KilledWorker, UnfitWorker) as problem:
+                answer = future.result()
+            except KilledWorker as problem:
+                answer = problem
+            del future
+            if isinstance(answer, KilledWorker | UnfitWorker):
                 if tries == TRIES:
                     raise StudyError(
                         f"{TRIES} workers were lost one after the other; what is computed is kept in "
                         f"{job.folder} and the same command goes on from there"
                     ) from None
                 waiting.append((block, tries + 1))
-                if isinstance(problem, UnfitWorker):
-                    _send_away(client, problem)
-                continue
-            yield done
-            del future
+                if isinstance(answer, UnfitWorker):
+                    _send_away(client, answer)
+            elif isinstance(answer, Exception):
+                raise answer
+            else:
+                yield answer
     except (CancelledError, CommClosedError, TimeoutError) as problem:
         raise StudyError(
             f"the scheduler was lost ({type(problem).__name__}); what is computed is kept in {job.folder} "
@@ -79,14 +85,20 @@ def dispatch(client, blocks, job):
 
 
 def _compute(block, job):
-    """Solve a block at a worker, which may have joined after the others were checked."""
+    """Solve a block at a worker, which may have joined after the others were checked.
+
+    Exceptions are returned: those that are raised, dask also logs there.
+    """
     from distributed import get_worker
 
     try:
         check_worker(job.folder, job.probe, job.versions)
     except StudyError as problem:
-        raise UnfitWorker(get_worker().address, str(problem)) from None
-    return compute_block(block, job)
+        return UnfitWorker(get_worker().address, str(problem))
+    try:
+        return compute_block(block, job)
+    except Exception as problem:  # Whatever it is, it belongs to the client.
+        return problem
 
 
 def _send_away(client, unfit):

@@ -1,35 +1,28 @@
-"""Run a study: compute the blocks of its plan wherever there are processors, then join the shards.
+"""Run a study: let the blocks of its plan be computed, and of plans that follow from it, and join the shards.
 
-Executors only dispatch. A block is solved the same way in this process, in a local worker or on a cluster,
-and written by whoever computed it; what comes back is its name.
+Not here: who computes them (`session`), what the dataset is (`joining`).
 """
 
 import shutil
-import uuid
-from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from studies.design.plan import Plan
 from studies.design.request import NUMERICS_VERSION
 from studies.design.study import Study
-from studies.errors import FailedPoints, StudyError
+from studies.errors import StudyError
 from studies.messages import note, readable_bytes, readable_time
-from studies.progress import progress
-from studies.running.dispatch import dispatch
 from studies.running.lock import sole_writer
 from studies.running.output import is_done, is_settled, refuse_unwritable, settle
-from studies.running.threads import local_workers, processors
-from studies.running.worker import NAMED, Job, compute_block, versions
+from studies.running.session import Policy, Session
 from studies.store.datasets import open
 from studies.store.joining import joined_labels, reduce, survey
 from studies.store.provenance import describe
 from studies.store.reuse import borrow, missing
 from studies.store.shards import (
-    PROBE,
     discard_parts,
     find_shards,
     make_folder,
@@ -43,52 +36,6 @@ from studies.whole_files import discard_temporaries
 if TYPE_CHECKING:
     from distributed import Client
     from xarray import Dataset
-
-LEAST_LIMIT, PATIENCE = 600.0, 30.0
-"""Seconds that a block has at the least, and how often the time that is expected of it."""
-ROUNDS = 3
-"""How often shards that turn out to be damaged are computed again before the disk is blamed."""
-
-
-class Policy(NamedTuple):
-    """What a user may decide about a run; it never changes a value.
-
-    Attributes
-    ----------
-    workers : int, optional
-        Worker processes on this machine; 0 computes in this process, where a crash ends the run and
-        nothing limits the time. By default as many as there are processors, and one when the whole
-        study takes but seconds.
-    cluster : callable, optional
-        Gives a context manager of a dask client, to be used instead; called when the folder of the shards
-        is there and locked, and only if there is something to compute.
-    part : (int, int), optional
-        Compute part i of n only, to be joined by `join`.
-    raises : bool
-        Stop at the first point that fails, instead of recording it.
-    max_failures : int, optional
-        Stop when more states have failed than this.
-    time_limit : float, optional
-        Seconds that a block may take; by default far more than it is expected to.
-    force_unlock : bool
-        Take the lock of a run on another host, which is known to have ended.
-    """
-
-    workers: int | None = None
-    cluster: "Callable[[], AbstractContextManager] | None" = None
-    part: tuple[int, int] | None = None
-    raises: bool = False
-    max_failures: int | None = None
-    time_limit: float | None = None
-    force_unlock: bool = False
-
-
-@dataclass
-class Tally:
-    """Failures of a run: how many, and some of them by name."""
-
-    count: int = 0
-    named: tuple[str, ...] = ()
 
 
 def run(
@@ -161,11 +108,11 @@ def compute(plan, out, policy=Policy()):  # noqa: B008 (it is immutable)
             if policy.part is None:
                 settle(plan.study, out)
             return ()
-        with _filling(folder, policy) as (fill, tally):
-            shards = _rounds(plan, fill)
+        with Session(folder, policy) as session:
+            shards = _rounds(plan, session.shards)
             if policy.part is None:
-                _finish(plan, shards, folder, out, fill)
-        return tally.named
+                _finish(plan, shards, out, session)
+        return session.named
 
 
 def join(plan, out, force_unlock=False):
@@ -178,8 +125,8 @@ def join(plan, out, force_unlock=False):
     """
     with _working_folder(plan, out, None, force_unlock) as (folder, plan):
         shards = _rounds(plan, partial(_present, folder=folder))
-        with _filling(folder, Policy()) as (fill, _):
-            _finish(plan, shards, folder, out, fill)
+        with Session(folder, Policy()) as session:
+            _finish(plan, shards, out, session)
 
 
 def _present(plan, folder):
@@ -217,33 +164,33 @@ def _working_folder(plan, out, part, force_unlock):
         remove_folder(folder)
 
 
-def _finish(plan, shards, folder, out, fill):
-    """Write the dataset, and only then remove the shards; `fill` gives those of a plan."""
+def _finish(plan, shards, out, session):
+    """Write the dataset, and only then remove the shards."""
     study = plan.study
     try:
         sources = [*(plan.reuse.sources if plan.reuse else ()), *_sources(plan, shards)]
         surveyed = survey(sources, study.grid)
         if plan.reuse:
-            rest = _compute_missing(plan, surveyed.names, fill)
+            rest = _compute_missing(plan, surveyed.names, session)
             sources += rest
             surveyed |= survey(rest, study.grid)
         about = plan.reuse.about if plan.reuse else {}
-        events = _find_events(plan, joined_labels(study, surveyed), fill)
+        events = _find_events(plan, joined_labels(study, surveyed), session)
         reduce(study, sources, surveyed, out, describe(study) | about, events)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(
             f"{out}: this cannot be written ({problem}), with {free} free there; every block is kept in "
-            f"{folder} and the same command writes the dataset"
+            f"{session.folder} and the same command writes the dataset"
         ) from None
-    remove_shards(folder, plan.identity)
+    remove_shards(session.folder, plan.identity)
 
 
 def _sources(plan, shards):
     return [source_of(block, path, plan.task) for block, path in shards.items()]
 
 
-def _compute_missing(plan, found, fill):
+def _compute_missing(plan, found, session):
     """Compute what finished datasets lack of the states found: shards."""
     names, points = missing(plan.reuse, plan.study, found)
     if not names:
@@ -251,7 +198,7 @@ def _compute_missing(plan, found, fill):
     _refuse_older(plan, f"{' '.join(names)} at {points.sum():,} points")
     note(f"{' '.join(names)}: left out of the datasets used again; computed at {points.sum():,} points there")
     rest = Plan.of_rest(plan.study, names, points)
-    return _sources(rest, fill(rest))
+    return _sources(rest, session.shards(rest))
 
 
 def _refuse_older(plan, what):
@@ -265,22 +212,22 @@ def _refuse_older(plan, what):
         )
 
 
-def _find_events(plan, names, fill):
+def _find_events(plan, names, session):
     """Shards of the transition table, if the study asks for it."""
     if not plan.study.outputs.transitions:
         return ()
     _refuse_older(plan, "their transitions")
     events = Plan.of_events(plan.study, names, plan.block_points)
     note(f"transitions of {' '.join(names)}: {readable_time(events.seconds)} of work")
-    return fill(events).values()
+    return session.shards(events).values()
 
 
-def _rounds(plan, fill):
+def _rounds(plan, shards_of):
     """Shards of a plan and, if the study is refined, of all the plans that follow from what they hold.
 
-    `fill` gives those of one plan. Which points follow is found again from the shards by a run that goes on.
+    Which points follow is found again from the shards by a run that goes on.
     """
-    shards = new = fill(plan)
+    shards = new = shards_of(plan)
     if plan.study.grid.refine is None:
         return shards
     stable = StableStates(plan.study.grid)
@@ -292,90 +239,5 @@ def _rounds(plan, fill):
         plan = plan.next(stable.codes)
         if not plan.blocks:
             return shards
-        new = fill(plan)
+        new = shards_of(plan)
         shards = shards | new
-
-
-@contextmanager
-def _filling(folder, policy):
-    """A function that gives the shards of a plan, whose workers are started once; and its failures."""
-    with ExitStack() as stack:
-        started, tally = [], Tally()
-
-        def workers(count):
-            if not started:
-                if policy.cluster:
-                    client = stack.enter_context(policy.cluster())
-                    probe = stack.enter_context(_probe(folder))
-                    started.append(lambda blocks, job: dispatch(client, blocks, job._replace(probe=probe)))
-                else:
-                    started.append(stack.enter_context(local_workers(count)))
-            return started[0]
-
-        yield partial(_fill, folder=folder, policy=policy, tally=tally, workers=workers), tally
-
-
-def _fill(plan, folder, policy, tally, workers):
-    """Compute until every block has an intact shard: the shards."""
-    for _ in range(ROUNDS):
-        shards = find_shards(folder, plan.blocks, plan.identity)
-        todo = [block for block in plan.blocks if block not in shards]
-        if not todo:
-            return shards
-        _compute(plan, todo, folder, policy, tally, workers)
-    raise StudyError(f"{folder}: shards are damaged as soon as they are written; look after the disk")
-
-
-def _compute(plan, todo, folder, policy, tally, workers):
-    """Compute blocks."""
-    results = _results(plan, todo, folder, policy, workers)
-    points, left = (sum(block.points for block in some) for some in (plan.blocks, todo))
-    with progress(points, points - left) as advance:
-        for done in _kept(results, folder):
-            advance(done.points)
-            tally.count += done.failures
-            tally.named = (*tally.named, *done.named)[:NAMED]
-            if policy.max_failures is not None and tally.count > policy.max_failures:
-                raise FailedPoints(
-                    f"{tally.count} states failed, more than --max-failures {policy.max_failures}: "
-                    f"{'; '.join(tally.named)}; what is computed is kept in {folder}"
-                )
-
-
-def _kept(results, folder):
-    """Results; a disk that takes no more shards is one sentence that says how to go on."""
-    try:
-        yield from results
-    except OSError as problem:
-        raise StudyError(
-            f"{folder}: a shard cannot be written ({problem.strerror or problem}); what is computed is kept "
-            "there and the same command goes on when the disk takes more"
-        ) from None
-
-
-def _results(plan, todo, folder, policy, workers):
-    """What the blocks gave, as they finish; `workers` starts so many of them."""
-    limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
-    job = Job(plan.task, plan.identity, folder, versions(), "", limit, policy.raises)
-    count = min(processors() if policy.workers is None else policy.workers, len(todo))
-    if policy.cluster is None:
-        if policy.workers == 0:
-            job = job._replace(limit=None)
-        # One helper needs no thread to wait for it.
-        if count <= 1 or (policy.workers is None and plan.small):
-            return (compute_block(block, job) for block in todo)
-    if plan.study.grid.refine is not None:
-        # Of a refined study nobody knows how many blocks are to come.
-        count = policy.workers or processors()
-    return workers(count)(todo, job)
-
-
-@contextmanager
-def _probe(folder):
-    """Name of a file by which workers prove that they see the folder."""
-    path = folder / f"{PROBE}{uuid.uuid4().hex}"
-    path.touch()
-    try:
-        yield path.name
-    finally:
-        path.unlink(missing_ok=True)

@@ -1,9 +1,10 @@
-"""Compute one block wherever there is a processor: solve it, write its shard, survive what it does.
+"""Compute one block wherever there is a processor: solve it, write its shard, outlive what it does.
 
 A block is solved in a process of its own with a time limit. If that process is lost, the block is solved
 again in parts, each in a fresh process: the part that is lost is halved until one state at one point stands
-alone, which is tried once more, with twice the time, and then recorded as failed. Not here: which processor
-(`runner`).
+alone, which is tried once more, with twice the time, and then recorded as failed.
+
+Not here: which processor (`session`).
 """
 
 import time
@@ -32,17 +33,17 @@ CARRIERS = ("netCDF4", "distributed")
 class Job(NamedTuple):
     """What a block needs to know of its run.
 
-    `probe` is a file in the folder, by which workers prove that they see it; `limit` the seconds of a block,
-    None where it is to be solved in this very process.
+    `limit` is the seconds of a block, None where it is to be solved in this very process; `probe` is a file
+    in the folder, by which workers show that they see it.
     """
 
     task: Task
     identity: dict
     folder: Path
     versions: tuple
-    probe: str
     limit: float | None
     raises: bool
+    probe: str = ""
 
 
 class Done(NamedTuple):

@@ -17,7 +17,7 @@ from distributed import Client
 
 from studies import Study
 from studies.running import runner
-from studies.running.runner import Policy
+from studies.running.session import Policy
 
 POINTS = 10
 CONTENT = {"study": {"name": "blocks"}, "states": {"names": ["0"]}}

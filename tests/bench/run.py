@@ -18,7 +18,8 @@ import psutil
 
 from studies import Study
 from studies.running.evaluate import evaluate
-from studies.running.runner import Policy, compute
+from studies.running.runner import compute
+from studies.running.session import Policy
 from studies.sandbox import OWN
 from studies.store.files import opened
 

@@ -16,9 +16,9 @@ import studies
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.design.request import NUMERICS_VERSION
-from studies.running import cluster, dispatch, runner
+from studies.running import cluster, dispatch, session
 from studies.running.cluster import queued_cluster, running_cluster
-from studies.running.worker import check_worker, versions
+from studies.running.worker import Job, check_worker, versions
 from studies.store.datasets import identify
 
 STRANGE = "import studies.running.worker; studies.running.worker.versions = lambda: (('numerics', '0'),); "
@@ -79,7 +79,7 @@ def test_a_worker_that_cannot_do_the_job_is_named_before_anything_runs(by_hand, 
     with by_hand.client() as client:
         wait_for(client, name)
         address = names(client)[str(name)]
-        job = runner.Job(None, {}, toml.parent, versions(), ".probe-nowhere", None, False)
+        job = Job(None, {}, toml.parent, versions(), None, False, ".probe-nowhere")
         with pytest.raises(StudyError, match=r"worker tls://.*: .*does not see this folder"):
             next(dispatch.dispatch(client, [None], job))
     run = elastica("run", toml, "--scheduler", by_hand.address, **by_hand.environment)
@@ -100,6 +100,7 @@ def test_workers_leave_and_join_in_the_run(by_hand, tmp_path, monkeypatch, capsy
     whole = identify(tmp_path / "whole.nc")["content_hash"]
     blocks, original = 30, dispatch.dispatch
     with by_hand.client() as client:
+        wait_for(client, 1)
         [first] = [address for name, address in names(client).items() if name == "1"]
 
         def eventful(client, todo, job):
@@ -114,7 +115,7 @@ def test_workers_leave_and_join_in_the_run(by_hand, tmp_path, monkeypatch, capsy
                     by_hand.first.kill()
                 yield done
 
-        monkeypatch.setattr(runner, "dispatch", eventful)
+        monkeypatch.setattr(session, "dispatch", eventful)
         monkeypatch.setattr(dispatch, "COUNT_EVERY", 0.0)
         out = tmp_path / "small.nc"
         assert len(study.plan(block_points=1).blocks) == blocks

@@ -7,7 +7,8 @@ import subprocess
 import pytest
 from end_to_end.processes import COMMAND
 
-from studies.running.runner import Policy, compute
+from studies.running.runner import compute
+from studies.running.session import Policy
 from studies.store.datasets import identify
 from studies.store.shards import find_shards, folder_of
 

@@ -14,7 +14,7 @@ from elastica import Status
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.design.request import NUMERICS_VERSION
-from studies.running import runner
+from studies.running import runner, session
 from studies.running.merging import merge
 from studies.store.content import content_hash
 from studies.store.datasets import identify
@@ -58,13 +58,13 @@ def assert_identical(grown, fresh):
 )
 def test_points_that_are_there_are_not_computed_again(whole, tmp_path, monkeypatch, old, computed):
     narrow = compute(old, tmp_path / "narrow.nc")
-    points, gaps, original = [], [], runner.compute_block
+    points, gaps, original = [], [], session.compute_block
 
     def counted(block, job):
         (points if job.task == WHOLE.task else gaps).append(block.points)
         return original(block, job)
 
-    monkeypatch.setattr(runner, "compute_block", counted)
+    monkeypatch.setattr(session, "compute_block", counted)
     wide = compute(WHOLE, tmp_path / "wide.nc", reuse=narrow)
     assert sum(points) == computed
     assert sum(gaps) <= 30 - computed
@@ -132,7 +132,7 @@ def test_merging_computes_nothing_unless_told_and_says_what_it_would(tmp_path, m
     capsys.readouterr()
     arguments = ["merge", str(few), str(more), "-o"]
     with monkeypatch.context() as nothing:
-        nothing.setattr(runner, "compute_block", None)
+        nothing.setattr(session, "compute_block", None)
         result = CliRunner().invoke(main, [*arguments, str(tmp_path / "c.nc")])
     assert result.exit_code == 0, result.output
     lacking = identify(tmp_path / "c.nc")["states_not_computed"].split()
@@ -310,7 +310,7 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
         at(reuse, "borrow")
         monkeypatch.setattr(runner, "borrow", reuse.borrow)
     elif moment == "computing":
-        at(runner, "compute_block")
+        at(session, "compute_block")
     elif moment == "joining":
         at(runner, "survey")
     elif moment == "reading":
@@ -323,8 +323,8 @@ def test_nothing_is_taken_of_a_file_that_is_not_the_one_proved(tmp_path, monkeyp
     assert done == [None]
     assert not (tmp_path / "wide.nc").exists()
     monkeypatch.undo()
-    blocks, original = [], runner.compute_block
-    monkeypatch.setattr(runner, "compute_block", lambda *some: blocks.append(some) or original(*some))
+    blocks, original = [], session.compute_block
+    monkeypatch.setattr(session, "compute_block", lambda *some: blocks.append(some) or original(*some))
     proved.unlink(missing_ok=True)
     os.replace(kept, proved)
     grown = compute(wide, tmp_path / "wide.nc", reuse=proved)

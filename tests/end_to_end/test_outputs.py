@@ -20,7 +20,8 @@ from studies.archive.archive import add
 from studies.archive.catalog import INDEX
 from studies.running.lock import one_at_a_time, sole_writer
 from studies.running.output import is_done
-from studies.running.runner import Policy, compute, join
+from studies.running.runner import compute, join
+from studies.running.session import Policy
 from studies.store.datasets import identify
 from studies.store.shards import PROBE, folder_of
 from studies.whole_files import sync, written_whole
@@ -56,7 +57,7 @@ def nothing_is_computed(monkeypatch):
     def never(*_):
         raise AssertionError("a block is computed")
 
-    return lambda: monkeypatch.setattr("studies.running.runner.compute_block", never)
+    return lambda: monkeypatch.setattr("studies.running.session.compute_block", never)
 
 
 def names(folder):

@@ -11,9 +11,10 @@ from elastica import Status
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.plot import chart
-from studies.running import runner
+from studies.running import session
 from studies.running.merging import merge
-from studies.running.runner import Policy, compute, join
+from studies.running.runner import compute, join
+from studies.running.session import Policy
 from studies.store.datasets import identify
 
 TOML = """
@@ -102,7 +103,7 @@ def test_the_chart_is_that_of_the_dense_grid_but_for_a_thin_set(refined, dense):
 
 
 def test_stopped_again_and_again_it_ends_with_the_identical_dataset(study, refined, tmp_path, monkeypatch):
-    out, original, calls = tmp_path / "refined.nc", runner.compute_block, []
+    out, original, calls = tmp_path / "refined.nc", session.compute_block, []
     patience = 7
 
     def interrupted(block, job):
@@ -112,7 +113,7 @@ def test_stopped_again_and_again_it_ends_with_the_identical_dataset(study, refin
         calls.append(block)
         return original(block, job)
 
-    monkeypatch.setattr(runner, "compute_block", interrupted)
+    monkeypatch.setattr(session, "compute_block", interrupted)
     plan, stops = study.plan(block_points=40), 0
     while not out.exists():
         try:
@@ -135,8 +136,8 @@ def test_workers_give_the_identical_dataset(study, refined, tmp_path):
 
 
 def test_more_levels_take_the_points_that_are_there(study, refined, dense, tmp_path, monkeypatch):
-    points, original = [], runner.compute_block
-    monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
+    points, original = [], session.compute_block
+    monkeypatch.setattr(session, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
     coarser = with_grid(study, refine={"levels": 2})
     studies.run(coarser, tmp_path / "coarse.nc", workers=0).close()
     there, fresh = sum(points), with_grid(study, refine={"levels": 3, "audit": 0})
@@ -148,8 +149,8 @@ def test_more_levels_take_the_points_that_are_there(study, refined, dense, tmp_p
 
 
 def test_a_dense_study_takes_the_points_of_a_refined_one(dense_study, refined, dense, tmp_path, monkeypatch):
-    points, original = [], runner.compute_block
-    monkeypatch.setattr(runner, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
+    points, original = [], session.compute_block
+    monkeypatch.setattr(session, "compute_block", lambda *a: points.append(a[0].points) or original(*a))
     studies.run(dense_study, tmp_path / "all.nc", workers=0, reuse=refined).close()
     assert sum(points) == FINEST - round(assert_part_of(refined, dense) * FINEST)
     assert identify(tmp_path / "all.nc")["content_hash"] == identify(dense)["content_hash"]

@@ -8,7 +8,9 @@ from distributed import Client, LocalCluster
 import studies
 from elastica import Status
 from studies import StudyError
-from studies.running.runner import Policy, compute, is_done, join
+from studies.running import session
+from studies.running.runner import compute, is_done, join
+from studies.running.session import Policy
 from studies.store.content import content_hash
 from studies.store.datasets import identify
 from studies.store.files import opened
@@ -44,9 +46,8 @@ def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_pa
     out = tmp_path / "small.nc"
     plan = study.plan(block_points=24)
     calls = []
-    from studies.running import runner
 
-    original = runner.compute_block
+    original = session.compute_block
 
     def interrupted(block, job):
         if len(calls) == 3:
@@ -55,7 +56,7 @@ def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_pa
         return original(block, job)
 
     here = Policy(workers=0)
-    monkeypatch.setattr(runner, "compute_block", interrupted)
+    monkeypatch.setattr(session, "compute_block", interrupted)
     with pytest.raises(KeyboardInterrupt):
         compute(plan, out, here)
     assert not out.exists()
@@ -66,7 +67,7 @@ def test_blocks_that_are_done_are_not_computed_again(study, dataset_file, tmp_pa
     damaged.write_bytes(damaged.read_bytes()[:-2000])
     shards[done[2]].unlink()
     calls.clear()
-    monkeypatch.setattr(runner, "compute_block", lambda *a: calls.append(a[0]) or original(*a))
+    monkeypatch.setattr(session, "compute_block", lambda *a: calls.append(a[0]) or original(*a))
     compute(plan, out, here)
     assert set(calls) == set(plan.blocks) - {done[0]}
     assert "1 shards are damaged or of other points, and are computed again" in capsys.readouterr().err

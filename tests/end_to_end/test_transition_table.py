@@ -13,7 +13,7 @@ import studies
 from elastica import Event
 from studies import Study, StudyError
 from studies.design.block import Gaps
-from studies.running import runner
+from studies.running import session
 from studies.running.merging import merge
 from studies.store.datasets import identify
 from studies.store.files import opened
@@ -105,7 +105,7 @@ def test_neither_workers_nor_blocks_matter(table_file, tmp_path):
 
 
 def test_a_run_that_is_stopped_among_the_events_goes_on_from_there(table_file, tmp_path, monkeypatch):
-    original, gaps = runner.compute_block, []
+    original, gaps = session.compute_block, []
 
     def stopping(block, job):
         if isinstance(block, Gaps):
@@ -115,11 +115,11 @@ def test_a_run_that_is_stopped_among_the_events_goes_on_from_there(table_file, t
         return original(block, job)
 
     out = tmp_path / "a.nc"
-    monkeypatch.setattr(runner, "compute_block", stopping)
+    monkeypatch.setattr(session, "compute_block", stopping)
     with pytest.raises(KeyboardInterrupt):
         studies.run(study_with(), out, workers=0, block_points=1)
     monkeypatch.setattr(
-        runner, "compute_block", lambda block, job: gaps.append(block) or original(block, job)
+        session, "compute_block", lambda block, job: gaps.append(block) or original(block, job)
     )
     studies.run(study_with(), out, workers=0, block_points=1).close()
     assert len(gaps) == len(set(gaps)) == 4
@@ -142,7 +142,7 @@ def test_tables_join_where_they_make_up_that_of_the_whole(
     # They share a gap.
     parts = [computed(study_with(**grid(H=gaps))) for gaps in ([0.06], [0.06, 0.1])]
     low = computed(study_with(**grid(P=[0.5, 2.0])))
-    monkeypatch.setattr(runner, "compute_block", None)
+    monkeypatch.setattr(session, "compute_block", None)
     capsys.readouterr()
     merge(parts, tmp_path / "merged.nc")
     assert content(tmp_path / "merged.nc") == content(table_file)

@@ -8,8 +8,10 @@ from click.testing import CliRunner
 import studies
 from studies import Study, StudyError
 from studies.command_line import main
+from studies.running import session
 from studies.running.output import is_done
-from studies.running.runner import Policy, compute
+from studies.running.runner import compute
+from studies.running.session import Policy
 from studies.store import provenance
 from studies.store.datasets import identify
 from studies.store.shards import find_shards, folder_of
@@ -38,10 +40,9 @@ def out(tmp_path):
 @pytest.fixture
 def blocks_computed(monkeypatch):
     """Blocks that runs compute from here on."""
-    from studies.running import runner
 
-    done, original = [], runner.compute_block
-    monkeypatch.setattr(runner, "compute_block", lambda *a: done.append(a[0]) or original(*a))
+    done, original = [], session.compute_block
+    monkeypatch.setattr(session, "compute_block", lambda *a: done.append(a[0]) or original(*a))
     return done
 
 

@@ -1,19 +1,25 @@
 """Workers on this machine: nothing listens, they start from any thread and program, and Ctrl-C is heard."""
 
+import logging
 import os
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
+from contextlib import contextmanager
+from copy import deepcopy
 
+import dask
+import distributed  # noqa: F401  (its defaults are there before a test compares them)
 import psutil
 import pytest
 from end_to_end.conftest import TOML
 from end_to_end.processes import poisoned, start
 
 import studies
-from studies.running import threads
+from studies.running import processors, session
 from studies.store.datasets import identify
 
 STUDY = TOML.replace("num = 12", "num = 4").replace("eigenvalues = 3\nshapes = 11", "")
@@ -35,6 +41,10 @@ PROGRAMS = {
         "from studies.sandbox import call\nassert call(len, 'four', limit=60) == 4\n"
         "import multiprocessing\nwith multiprocessing.get_context('fork').Pool(1) as p: p.apply(work)\n"
         "assert call(len, 'four', limit=60) == 4"
+    ),
+    "a pool, after a run": (
+        "import multiprocessing, os\nwork()\nos.remove('out.nc')\n"
+        "with multiprocessing.get_context('fork').Pool(1) as p: p.apply(work)"
     ),
 }
 
@@ -101,8 +111,6 @@ def test_any_program_may_run_a_study(program, tmp_path, content):
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        # What is configured for dask does not matter.
-        env=os.environ | {"DASK_TEMPORARY_DIRECTORY": "/nowhere/at/all"},
     )
     assert (told.returncode, told.stderr) == (0, "")
     assert identify(tmp_path / "out.nc")["content_hash"] == content
@@ -142,21 +150,59 @@ def test_a_run_stops_when_it_is_told(hanging, moment, sign, tmp_path):
 def test_a_stopped_run_goes_on_in_the_same_process(tmp_path, content, monkeypatch):
     """As in a notebook: what was under way has ended, and the next run has workers of its own."""
     (tmp_path / "small.toml").write_text(STUDY)
-    study, before = studies.Study.from_toml(tmp_path / "small.toml"), set(threading.enumerate())
-    from studies.running import runner
+    study = studies.Study.from_toml(tmp_path / "small.toml")
+    # Dask keeps one thread for all that a process does with it.
+    studies.run(study, tmp_path / "first.nc", workers=2, block_points=10).close()
+    before = set(threading.enumerate())
 
-    def interrupted(results, folder):
-        yield next(results)
-        raise KeyboardInterrupt
+    @contextmanager
+    def interrupted(total, done):
+        def advance(points):
+            raise KeyboardInterrupt
+
+        yield advance
 
     with monkeypatch.context() as patch:
-        patch.setattr(runner, "_kept", interrupted)
+        patch.setattr(session, "progress", interrupted)
         with pytest.raises(KeyboardInterrupt):
             studies.run(study, tmp_path / "out.nc", workers=2, block_points=10)
     assert set(threading.enumerate()) == before
     studies.run(study, tmp_path / "out.nc", workers=2, block_points=10).close()
     assert identify(tmp_path / "out.nc")["content_hash"] == content
     assert set(threading.enumerate()) == before
+
+
+def test_what_is_configured_for_dask_does_not_matter_and_stays(tmp_path, content, monkeypatch):
+    """Nor do two runs in one process disturb each other."""
+    (tmp_path / "small.toml").write_text(STUDY)
+    (tmp_path / "temporary").mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    study, names = studies.Study.from_toml(tmp_path / "small.toml"), ("one.nc", "other.nc")
+
+    def work(name):
+        studies.run(study, tmp_path / name, workers=2, block_points=10).close()
+
+    def everything():
+        filters = [handler.filters[:] for handler in logging.getLogger().handlers]
+        return deepcopy(dask.config.config), sys.path[:], filters
+
+    with dask.config.set(
+        {
+            "temporary-directory": "/nowhere/at/all",
+            "distributed.scheduler.contact-address": "tcp://nowhere:1",
+            "distributed.worker.lifetime.duration": "1 ms",
+            "distributed.worker.preload": ["no_such_module"],
+        }
+    ):
+        before = everything()
+        threads = [threading.Thread(target=work, args=(name,)) for name in names]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        assert everything() == before
+    assert [identify(tmp_path / name)["content_hash"] for name in names] == [content] * 2
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
 @pytest.mark.parametrize(
@@ -180,7 +226,7 @@ def test_a_quota_of_processors_is_respected(groups, files, most, tmp_path, monke
         path = tmp_path / "fs" / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{text}\n")
-    monkeypatch.setattr(threads, "GROUPS", tmp_path / "cgroup")
-    monkeypatch.setattr(threads, "QUOTAS", tmp_path / "fs")
+    monkeypatch.setattr(processors, "GROUPS", tmp_path / "cgroup")
+    monkeypatch.setattr(processors, "QUOTAS", tmp_path / "fs")
     monkeypatch.setattr(os, "sched_getaffinity", lambda _: range(8), raising=False)
-    assert threads.processors() == most
+    assert processors.processors() == most
