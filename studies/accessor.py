@@ -14,12 +14,13 @@ from xarray import DataArray, Dataset
 
 import studies
 from elastica.codes import Stability, Status
+from elastica.control import CONTROLS
 from elastica.solving import solve
 from elastica.state import parse_state
 from elastica.strip import Strip
 from studies.design.study import Study
 from studies.errors import StudyError
-from studies.schema import CONTROLS, COORDINATES, TRANSITIONS, VARIABLES, control_of
+from studies.schema import COORDINATES, TRANSITIONS, VARIABLES, control_of
 from studies.units import dimensionless, physical
 
 if TYPE_CHECKING:

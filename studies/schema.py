@@ -39,6 +39,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.codes import CODES, Code, Status
+from elastica.control import CONTROLS, LOAD, SHORTENING
 from elastica.properties import ON_DEMAND, QUANTITIES
 from elastica.state import is_canonical
 
@@ -47,8 +48,6 @@ FORMAT_VERSION = 2
 """Raised whenever an older version would misread a file; files of older formats still open."""
 ANY_NAME = "1/2"
 """Ends at which every name of a state has a meaning."""
-CONTROLS = ("P", "shortening")
-"""What may be prescribed: one of them is a dimension, the other a variable."""
 GRID = ("ends", "H", "control")
 """Dimensions of a grid point; `control` stands for the name of what is prescribed."""
 STATES = (*GRID, "state")
@@ -197,7 +196,7 @@ def canonical(value):
 
 def control_of(labels):
     """What is prescribed in a dataset with these dimensions."""
-    return CONTROLS["shortening" in labels]
+    return (SHORTENING if SHORTENING.name in labels else LOAD).name
 
 
 def every_variable(control):
