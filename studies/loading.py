@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from elastica.codes import Stability
+from elastica.control import CONTROLS
 from elastica.ends import parse_ends
 from elastica.inputs import read_number, read_numbers
-from elastica.paths.quasistatic import Loading
+from elastica.paths.quasistatic import UNKNOWN, Loading
+from elastica.scene import Scene
 from elastica.solution import LARGEST_LOAD, SMALLEST_GAP
 from studies.errors import StudyError
 from studies.schema import VARIABLES
@@ -19,7 +21,6 @@ from studies.schema import VARIABLES
 if TYPE_CHECKING:
     import xarray
 
-UNKNOWN = "?"
 LARGEST = {"P": LARGEST_LOAD, "shortening": 1.0}
 VALUES = ("P", "shortening", "energy", "bending_energy", "curvature")
 
@@ -70,22 +71,23 @@ def loading_path(
     """
     import xarray
 
-    control, given = _controls(P, shortening)
+    control, prescribed = _controls(P, shortening)
     ends, H = _strip(ends, H)
-    arcs, events, stopped = _followed(Loading(ends, H, control), given)
-    values = {name: np.full(given.size, np.nan) for name in VALUES}
-    stability = np.full(given.size, Stability.NOT_SOLVED, np.int8)
-    state = np.full(given.size, UNKNOWN, "<U64")
-    for arc in dict.fromkeys(arcs):
-        rows = np.array([step for step, other in enumerate(arcs) if other is arc])
-        solution = arc.at(given[rows])
+    loading = Loading(Scene(ends, np.array([H])), CONTROLS[control])
+    stretches, events, stopped = loading.follow(prescribed)
+    values = {name: np.full(prescribed.size, np.nan) for name in VALUES}
+    stability = np.full(prescribed.size, Stability.NOT_SOLVED, np.int8)
+    state = np.full(prescribed.size, UNKNOWN, "<U64")
+    for stretch in dict.fromkeys(stretches):
+        rows = np.array([step for step, other in enumerate(stretches) if other is stretch])
+        solution = stretch.at(prescribed[rows])
         for name in VALUES:
             values[name][rows] = getattr(solution, name)
         stability[rows] = solution.stability
-        state[rows] = arc.state.name
+        state[rows] = stretch.state.name
     if stopped:
-        state[len(arcs) :] = _unfollowed(arcs[-1:], stopped, given[len(arcs) :])
-    values[control] = given
+        state[len(stretches) :] = _unfollowed(stretches[-1:], stopped, prescribed[len(stretches) :])
+    values[control] = prescribed
     columns = {name: (values[name], VARIABLES[name].attributes) for name in VALUES}
     columns["state"] = (
         state,
@@ -95,10 +97,10 @@ def loading_path(
         },
     )
     columns["stability"] = stability, VARIABLES["stability"].attributes
-    columns |= _event_columns(events, given.size, VARIABLES[control])
+    columns |= _event_columns(events, prescribed.size, VARIABLES[control])
     dataset = xarray.Dataset(
         {name: ("step", column, attributes) for name, (column, attributes) in columns.items()},
-        {"step": ("step", np.arange(given.size), {"long_name": "number of the step"})},
+        {"step": ("step", np.arange(prescribed.size), {"long_name": "number of the step"})},
         {
             "Conventions": "CF-1.11",
             "title": f"Quasi-static loading of a {ends} strip between walls",
@@ -113,36 +115,11 @@ def loading_path(
     return dataset.assign({name: dataset[name].astype(object) for name in ("state", "other_state")})
 
 
-def _followed(loading, given):
-    """Which arc the strip is on at each step.
-
-    Returns
-    -------
-    arcs : list of Arc
-        One a step, as far as the strip is followed.
-    events : list of (step, Passage, str)
-        What happened on the way to each step, and to which other state the strip may have jumped.
-    stopped : Passage or None
-        Why it is not followed further, if it is not.
-    """
-    arc, arcs, events = loading.unloaded(), [], []
-    for step, value in enumerate(given):
-        while not arc.reaches(value):
-            way = arc, value > arc.high
-            event = loading.passage(*way)
-            if event.arc is None:
-                return arcs, events, event
-            events.append((step, event, loading.other_state(*way)))
-            arc = event.arc
-        arcs.append(arc)
-    return arcs, events, None
-
-
-def _unfollowed(last, stopped, given):
+def _unfollowed(last, stopped, prescribed):
     """States of the steps at which the strip is no longer followed, (steps,)."""
     if stopped.lost or not last:
-        return np.full(given.size, UNKNOWN)
-    beyond = (given > stopped.given) == (given[0] > stopped.given)
+        return np.full(prescribed.size, UNKNOWN)
+    beyond = (prescribed > stopped.value) == (prescribed[0] > stopped.value)
     return np.where(np.logical_and.accumulate(beyond), last[0].state.name + UNKNOWN, UNKNOWN)
 
 
@@ -151,7 +128,7 @@ def _event_columns(events, steps, control):
     jump, at, other = np.zeros(steps, bool), np.full(steps, np.nan), np.full(steps, "", "<U64")
     for step, event, doubt in events:
         if step and (event.jump or not jump[step]):
-            jump[step], at[step], other[step] = event.jump, event.given, doubt
+            jump[step], at[step], other[step] = event.jump, event.value, doubt
     return {
         "jump": (jump, {"long_name": "whether the strip jumped since the step before"}),
         "event_control": (
@@ -167,16 +144,16 @@ def _controls(P, shortening):
     if (P is None) == (shortening is None):
         raise StudyError("give either P or shortening: one is prescribed, the other follows")
     control, values = ("P", P) if shortening is None else ("shortening", shortening)
-    given = _understood(read_numbers, control, values)
-    if given.ndim != 1 or not given.size:
-        raise StudyError(f"{control} has the shape {given.shape}; give a list of numbers, one a step")
-    bad = np.flatnonzero(~((given >= 0) & (given <= LARGEST[control])))
+    prescribed = _understood(read_numbers, control, values)
+    if prescribed.ndim != 1 or not prescribed.size:
+        raise StudyError(f"{control} has the shape {prescribed.shape}; give a list of numbers, one a step")
+    bad = np.flatnonzero(~((prescribed >= 0) & (prescribed <= LARGEST[control])))
     if bad.size:
         raise StudyError(
-            f"{control} = {given[bad[0]]:g} at step {bad[0]} is not possible; give numbers from 0 to "
+            f"{control} = {prescribed[bad[0]]:g} at step {bad[0]} is not possible; give numbers from 0 to "
             f"{LARGEST[control]:g}"
         )
-    return control, given
+    return control, prescribed
 
 
 def _strip(ends, H):

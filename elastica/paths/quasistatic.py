@@ -15,9 +15,9 @@ from elastica.chain.descent import between_walls, descend
 from elastica.codes import Status
 from elastica.control import LOAD
 from elastica.finding import search
-from elastica.paths.arcs import Arc, arc_through, just_buckled
+from elastica.paths.curve import curve_through
+from elastica.paths.stretch import Stretch, just_buckled, stretch_of
 from elastica.paths.transitions import NEXT_TO, neighbours
-from elastica.scene import Scene
 from elastica.solving import solve
 from elastica.state import MOST_ENUMERATED, is_canonical, parse_state
 
@@ -34,17 +34,20 @@ SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
 """Differences that one shape may have `NEXT_TO` where it is lost, in units of the load's work and of the root
 mean square of its curvature: they hold at gaps however narrow."""
 
+UNKNOWN = "?"
+"""In the place of a state's name where it is not known, after it where the state is not followed."""
+
 
 class Passage(NamedTuple):
-    """What comes after the end of an arc.
+    """What comes after the end of a stretch.
 
     Attributes
     ----------
-    arc : Arc or None
+    stretch : Stretch or None
         Where the strip is then; None if it cannot be told.
     jump : bool
         Whether it had to jump there.
-    given : float
+    value : float
         The prescribed quantity at which it happens.
     reason : str
         Why it cannot be told.
@@ -52,50 +55,53 @@ class Passage(NamedTuple):
         Whether the state is lost; if not, it goes on, but is not followed.
     """
 
-    arc: Arc | None
+    stretch: Stretch | None
     jump: bool
-    given: float
+    value: float
     reason: str = ""
     lost: bool = True
 
 
 class Loading:
-    """The arcs of a strip at one gap under one control, and what comes after them, each found once.
+    """The stretches of a strip in one scene under one control, and what comes after them, each found once.
 
     Parameters
     ----------
-    ends : Ends
-    H : float
-    control : str
-        "P" or "shortening".
+    scene : Scene
+        Of one point.
+    control : Control
     """
 
-    def __init__(self, ends, H, control):
-        self.ends, self.H, self.control = ends, H, control
-        self.arcs = []
+    def __init__(self, scene, control):
+        self.scene, self.control = scene, control
+        self.stretches = []
         self._passages = {}
         self._landings = {}
 
     def through(self, solution, at=0):
-        """The arc that one point of a solution lies on, None where its state does not hold."""
-        for arc in self.arcs:
-            if arc.passes(solution, at):
-                return arc
-        arc = arc_through(solution, self.control, at)
-        if arc is not None:
-            self.arcs.append(arc)
-        return arc
+        """The stretch that one point of a solution lies on, None where its state does not hold."""
+        return self.around(curve_through(solution, self.control, at))
+
+    def around(self, curve):
+        """The stretch around the only known point of a curve, None where its state does not hold."""
+        for stretch in self.stretches:
+            if stretch.curve.passes(curve):
+                return stretch
+        stretch = stretch_of(curve)
+        if stretch is not None:
+            self.stretches.append(stretch)
+        return stretch
 
     def unloaded(self):
-        """The arc of the straight strip."""
-        return self.through(solve("0", P=0.0, H=self.H, ends=self.ends))
+        """The stretch of the straight strip."""
+        return self.through(solve("0", P=0.0, H=self.scene.H, ends=self.scene.ends))
 
-    def passage(self, arc, upper):
-        """What the strip does at the upper or lower end of an arc.
+    def passage(self, stretch, upper):
+        """What the strip does at the upper or lower end of a stretch.
 
         Parameters
         ----------
-        arc : Arc
+        stretch : Stretch
         upper : bool
             Whether the prescribed quantity rises.
 
@@ -103,12 +109,40 @@ class Loading:
         -------
         Passage
         """
-        way = id(arc), bool(upper)
+        way = id(stretch), bool(upper)
         if way not in self._passages:
-            self._passages[way] = self._passage(arc, upper)
+            self._passages[way] = self._passage(stretch, upper)
         return self._passages[way]
 
-    def other_state(self, arc, upper):
+    def follow(self, values):
+        """The way of a strip, straight and unloaded at first, through values of the prescribed quantity.
+
+        Parameters
+        ----------
+        values : sequence of float
+
+        Returns
+        -------
+        stretches : list of Stretch
+            On which it is at each value, as far as it is followed.
+        events : list of (int, Passage, str)
+            What happened on the way to each value, and to which other state the strip may have jumped.
+        stopped : Passage or None
+            Why it is not followed further, if it is not.
+        """
+        stretch, stretches, events = self.unloaded(), [], []
+        for step, value in enumerate(values):
+            while not stretch.reaches(value):
+                end = stretch, value > stretch.high
+                event = self.passage(*end)
+                if event.stretch is None:
+                    return stretches, events, event
+                events.append((step, event, self.other_state(*end)))
+                stretch = event.stretch
+            stretches.append(stretch)
+        return stretches, events, None
+
+    def other_state(self, stretch, upper):
         """Where a chain of other links, nudged the other way, jumps to if not there as well.
 
         Returns
@@ -116,115 +150,117 @@ class Loading:
         str
             Its name, "?" if it cannot be told, "" where the chains agree or nothing jumps.
         """
-        event = self.passage(arc, upper)
-        if event.arc is None or not event.jump:
+        event = self.passage(stretch, upper)
+        if event.stretch is None or not event.jump:
             return ""
-        landings = [self._landing(arc, upper, chain)[0] for chain in CHAINS]
-        names = [landed.state.name if landed is not None else "?" for landed in landings]
-        return next((name for name in names if name != event.arc.state.name), "")
+        landings = [self._landing(stretch, upper, chain)[0] for chain in CHAINS]
+        names = [landed.state.name if landed is not None else UNKNOWN for landed in landings]
+        return next((name for name in names if name != event.stretch.state.name), "")
 
-    def _passage(self, arc, upper):
-        given = arc.high if upper else arc.low
-        onward = self._onward(arc, upper)
+    def _passage(self, stretch, upper):
+        value = stretch.high if upper else stretch.low
+        onward = self._onward(stretch, upper)
         if onward is not None:
-            return Passage(onward, False, given)
-        if arc.state.straight:
+            return Passage(onward, False, value)
+        if stretch.state.straight:
+            (gap,) = self.scene.H
             reason = (
-                f"the straight strip buckles, but at H = {self.H:g} into no shape that could be told from it"
+                f"the straight strip buckles, but at H = {gap:g} into no shape that could be told from it"
             )
-            return Passage(None, False, given, reason)
-        lost = arc.end(upper)
-        if arc.cut_at(upper) and self._holds(lost, given, upper):
+            return Passage(None, False, value, reason)
+        lost = stretch.end(upper)
+        if stretch.cut_at(upper) and self._holds(lost, value, upper):
+            (angle,) = np.degrees(lost.max_slope)
             reason = (
-                f"{arc.state.name} goes on beyond {self.control} = {given:.9g}, but following it ends there, "
-                f"where it turns by {np.degrees(float(lost.max_slope[0])):.0f} degrees"
+                f"{stretch.state.name} goes on beyond {self.control.name} = {value:.9g}, but following it "
+                f"ends there, where it turns by {angle:.0f} degrees"
             )
-            return Passage(None, False, given, reason, lost=False)
-        return self._fallen(arc, upper)
+            return Passage(None, False, value, reason, lost=False)
+        return self._fallen(stretch, upper)
 
-    def _onward(self, arc, upper):
-        """The arc that begins with the same shape where one ends and leads on, None if there is none."""
-        given = arc.high if upper else arc.low
-        for other in self._beginning(arc, upper):
-            if other is not None and other.state != arc.state:
+    def _onward(self, stretch, upper):
+        """The stretch that begins with the same shape where one ends and leads on, None if there is none."""
+        value = stretch.high if upper else stretch.low
+        for other in self._beginning(stretch, upper):
+            if other is not None and other.state != stretch.state:
                 # All that a control takes from the state to the next is rounded, however small the gap.
-                close = 10 * NEXT_TO * max(arc.high, other.high)
-                meets = other.low <= given + close and other.high >= given - close
-                below = other.low < given or other.state.straight
-                if meets and (other.high > given if upper else below):
+                close = 10 * NEXT_TO * max(stretch.high, other.high)
+                meets = other.low <= value + close and other.high >= value - close
+                below = other.low < value or other.state.straight
+                if meets and (other.high > value if upper else below):
                     return other
         return None
 
-    def _beginning(self, arc, upper):
-        """Arcs of equilibria next to a lost one that have its energy and curvature."""
-        state = arc.state
-        if state.straight and self.control == "P":
+    def _beginning(self, stretch, upper):
+        """Stretches of equilibria next to a lost one that have its energy and curvature."""
+        state = stretch.state
+        if state.straight and not self.control.fixes_shortening:
             # At narrow gaps the loads at which a strip buckles and touches a wall are one to rounding.
-            for solution, _ in self._found(("B1", "U"), np.array([arc.high * (1 + NEXT_TO)])):
+            for solution, _ in self._found(("B1", "U"), np.array([stretch.high * (1 + NEXT_TO)])):
                 for at in np.flatnonzero(solution.status == Status.SOLVED):
                     yield self.through(solution, at)
             return
         if state.straight:
-            yield self.through(just_buckled(self.ends, self.H))
+            yield self.through(just_buckled(self.scene))
             return
-        lost = arc.end(upper)
+        lost = stretch.end(upper)
         if len(state.word) == 1:
-            buckled = self.through(just_buckled(self.ends, self.H))
+            buckled = self.through(just_buckled(self.scene))
             if buckled is not None and _same(buckled.end(upper=True), lost)[0]:
                 yield buckled
         if state.mode or len(state.word) == 1:
             yield self.unloaded()
         loads = np.array([1 - NEXT_TO, 1 + NEXT_TO]) * lost.P[0]
-        for solution, _ in self._found(neighbours(state, self.ends), loads):
+        for solution, _ in self._found(neighbours(state, self.scene.ends), loads):
             for at in np.flatnonzero(_same(solution, lost)):
                 yield self.through(solution, at)
 
     def _found(self, names, loads):
         """Admissible equilibria of names at loads, and their points among these."""
-        scene = Scene(self.ends, np.full(loads.size, self.H))
+        scene = self.scene.at(np.zeros(loads.size, int))
         for points, _, solution in search(names, scene, LOAD, loads, admissible=True):
             yield solution, points
 
-    def _let_go(self, lost, given, upper, part, links, nudge):
+    def _let_go(self, lost, value, upper, part, links, nudge):
         """Where a chain rests that is let go beyond a lost state, None if nowhere, and the control there."""
-        beyond = given * (1 + part if upper else 1 - part)
+        beyond = value * (1 + part if upper else 1 - part)
         theta = lost.shape(2 * links + 1).theta[0, 1::2]
-        walled = between_walls(links, self.ends, self.H, **{self.control: beyond})
+        walled = between_walls(links, self.scene.ends, float(self.scene.H[0]), **{self.control.name: beyond})
         return descend(walled, theta, nudge), beyond
 
-    def _holds(self, lost, given, upper):
-        """Whether a chain beyond the end of an arc stays in its state."""
+    def _holds(self, lost, value, upper):
+        """Whether a chain beyond the end of a stretch stays in its state."""
         links, nudge = CHAINS[0]
-        rest, _ = self._let_go(lost, given, upper, BEYOND[0], links, nudge)
+        rest, _ = self._let_go(lost, value, upper, BEYOND[0], links, nudge)
         return rest is not None and _unlike(rest, lost)[0] < LIKE_SHAPE
 
-    def _fallen(self, arc, upper):
+    def _fallen(self, stretch, upper):
         """The passage of a strip whose state is lost."""
-        given = arc.high if upper else arc.low
+        value = stretch.high if upper else stretch.low
         for chain in CHAINS:
-            landed, _ = self._landing(arc, upper, chain)
+            landed, _ = self._landing(stretch, upper, chain)
             if landed is not None:
-                return Passage(landed, True, given)
-        _, reason = self._landing(arc, upper, CHAINS[0])
-        lost_at = f"{arc.state.name} is lost at {self.control} = {given:.9g}"
-        return Passage(None, True, given, f"{lost_at}; a chain let go there {reason}")
+                return Passage(landed, True, value)
+        _, reason = self._landing(stretch, upper, CHAINS[0])
+        lost_at = f"{stretch.state.name} is lost at {self.control.name} = {value:.9g}"
+        return Passage(None, True, value, f"{lost_at}; a chain let go there {reason}")
 
-    def _landing(self, arc, upper, chain):
-        """The arc on which a chain lands that is let go beyond a lost state; None and why, if none."""
-        way = id(arc), bool(upper), chain
+    def _landing(self, stretch, upper, chain):
+        """The stretch on which a chain lands that is let go beyond a lost state; None and why, if none."""
+        way = id(stretch), bool(upper), chain
         if way not in self._landings:
-            self._landings[way] = self._landed(arc, upper, *chain)
+            self._landings[way] = self._landed(stretch, upper, *chain)
         return self._landings[way]
 
-    def _landed(self, arc, upper, links, nudge):
-        given, lost = arc.high if upper else arc.low, arc.end(upper)
+    def _landed(self, stretch, upper, links, nudge):
+        value, lost = stretch.high if upper else stretch.low, stretch.end(upper)
         reason = "does not come to rest"
         for part in BEYOND:
-            rest, beyond = self._let_go(lost, given, upper, part, links, nudge)
+            rest, beyond = self._let_go(lost, value, upper, part, links, nudge)
             if rest is None:
                 continue
-            landed = self._traced_back(self._arc_of(rest, beyond), given)
-            if landed is not None and landed is not arc:
+            landed = self._traced_back(self._stretch_of(rest, beyond), value)
+            if landed is not None and landed is not stretch:
                 return landed, ""
             touches = f"touches the walls as {rest.word}" if rest.word else "touches no wall"
             reason = (
@@ -233,14 +269,14 @@ class Loading:
             )
         return None, reason
 
-    def _traced_back(self, arc, given):
-        """The arc that passes into this one without a jump and is there at a value; None if there is none."""
-        while arc is not None and not arc.reaches(given):
-            arc = self._onward(arc, given > arc.high)
-        return arc
+    def _traced_back(self, stretch, value):
+        """The stretch that passes into this one without a jump and is there at a value, None if none is."""
+        while stretch is not None and not stretch.reaches(value):
+            stretch = self._onward(stretch, value > stretch.high)
+        return stretch
 
-    def _arc_of(self, rest, beyond):
-        """The arc of the stable state that a chain at rest is, None if there is none.
+    def _stretch_of(self, rest, beyond):
+        """The stretch of the stable state that a chain at rest is, None if there is none.
 
         A line presses at its two ends only, so that a chain may touch a wall twice where the state does once.
         """
@@ -250,14 +286,14 @@ class Loading:
             for solution, _ in self._found(names, parts * rest.P):
                 like = _unlike(rest, solution) < 2 * LIKE_SHAPE
                 for at in np.flatnonzero(like & (solution.status == Status.SOLVED)):
-                    arc = self.through(solution, at)
-                    if arc is None or not arc.reaches(beyond):
+                    stretch = self.through(solution, at)
+                    if stretch is None or not stretch.reaches(beyond):
                         continue
-                    exact = arc.at(np.array([beyond]))
+                    exact = stretch.at(np.array([beyond]))
                     away = _unlike(rest, exact)[0]
                     energy = abs(rest.bending_energy / exact.bending_energy[0] - 1)
                     if away < nearest[0] and energy < LIKE_ENERGY:
-                        nearest = away, arc
+                        nearest = away, stretch
             if nearest[1] is not None:
                 break
         return nearest[1]
@@ -268,19 +304,21 @@ class Loading:
         if len(touched) > MOST_ENUMERATED:
             return
         words = {_merged(touched, kept) for kept in _choices(touched)}
-        words = {parse_state(word, self.ends).word for word in words if word}
+        words = {parse_state(word, self.scene.ends).word for word in words if word}
         plain = [
             a + word + b + line
             for word in sorted(words)
             for a, b, line in product(("", "a"), ("", "a"), ("", "-"))
         ]
         free = ["0", *(f"B{mode}" for mode in range(1, len(touched) + 3))]
-        names = [name for name in (*plain, *(free if not words else ())) if is_canonical(name, self.ends)]
+        names = [
+            name for name in (*plain, *(free if not words else ())) if is_canonical(name, self.scene.ends)
+        ]
         yield names
         others = [
             name
             for word in sorted(words) or ["B1"]
-            for name in neighbours(parse_state(word, self.ends), self.ends)
+            for name in neighbours(parse_state(word, self.scene.ends), self.scene.ends)
         ]
         yield [name for name in dict.fromkeys(others) if name not in names]
 

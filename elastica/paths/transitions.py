@@ -1,14 +1,6 @@
 """Where states begin, end, change their stability and meet: events along load or shortening at given gaps.
 
-A state is followed along its branch, on which everything is a smooth function of one parameter t (`tracks`).
-Each event is a root of such a function:
-
-    wall touched      H − |y| of a bump                   reaction lost     μ of a contact
-    point to line     κ, or in the line regime the length left over
-    fold              dP/dt, at prescribed shortening dΔL/dt
-    flat buckles      √p ℓ_f − 2π
-    right angle       90° − |θ|, beyond which only branches that alternate, lines and free shapes are followed
-    ends meet         1 − ΔL of a free shape
+A state is followed along its curves (`curve`), which tell where something happens; here, to which side of it.
 
 What a state meets is looked up among its neighbours: the words with a contact more, less, or of other kind,
 that have the same energy and shape next to the event.
@@ -20,7 +12,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.optimize.elementwise import find_root
 
 from elastica.codes import Event, Status
 from elastica.control import CONTROLS, LOAD
@@ -30,7 +21,7 @@ from elastica.equilibria.euler import euler_root
 from elastica.exact import equilibria_at
 from elastica.finding import search
 from elastica.inputs import read_number, read_numbers
-from elastica.paths.tracks import tracks
+from elastica.paths.tracing import curves
 from elastica.rows import Rows
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
@@ -143,8 +134,8 @@ def transitions(
     """
     ends = parse_ends(ends)
     state = parse_state(state, ends)
-    if control not in ("P", "shortening"):
-        question = did_you_mean(control, ("P", "shortening"))
+    if control not in tuple(CONTROLS):
+        question = did_you_mean(control, tuple(CONTROLS))
         raise ValueError(f'control = {control!r} is not known{question}; use "P" or "shortening"')
     P_max = read_number("P_max", P_max)
     if not 0 < P_max <= LARGEST_P:
@@ -154,8 +145,9 @@ def transitions(
         raise ValueError(
             f"H = {H.tolist()} is not possible; give half gaps from {SMALLEST_GAP:g} to below 0.5"
         )
+    scene = Scene(ends, H)
     with np.errstate(all="ignore"):
-        rows = _straight(ends, H, P_max) if state.straight else _bent(state, ends, H, control, P_max)
+        rows = _straight(scene, P_max) if state.straight else _bent(state, scene, CONTROLS[control], P_max)
         rows = [row for row in rows if row["P"] <= P_max]
         columns = {name: np.array([row[name] for row in rows]) for name in ROW}
         columns["other_state"] = _met(state, ends, control, columns) if rows else np.zeros(0, str)
@@ -178,101 +170,57 @@ def _row(H, P, shortening, state, event, before, after, energy, curvature):
     return dict(zip(ROW, (H, P, shortening, state, event, before, after, energy, curvature), strict=True))
 
 
-def _straight(ends, H, P_max):
+def _straight(scene, P_max):
     """The straight strip loses one direction at each Euler load."""
     modes = int(2 * np.sqrt(P_max)) + 1
-    loads = euler_root(np.arange(1, modes + 1), ends) ** 2 / FOUR_PI_SQUARED
+    loads = euler_root(np.arange(1, modes + 1), scene.ends) ** 2 / FOUR_PI_SQUARED
     return [
         _row(gap, load, 0.0, "0", Event.BUCKLES, mode, mode + 1, 0.0, 0.0)
-        for gap in H
+        for gap in scene.H
         for mode, load in enumerate(loads)
     ]
 
 
-def _buckles(state, ends, H):
+def _buckles(state, scene):
     """A free mode begins at its Euler load, above it: with the index of the straight strip below."""
-    load = float(euler_root(state.mode, ends)) ** 2 / FOUR_PI_SQUARED
-    return [_row(gap, load, 0.0, state.name, Event.BUCKLES, -1, state.mode - 1, 0.0, 0.0) for gap in H]
+    load = float(euler_root(state.mode, scene.ends)) ** 2 / FOUR_PI_SQUARED
+    return [_row(gap, load, 0.0, state.name, Event.BUCKLES, -1, state.mode - 1, 0.0, 0.0) for gap in scene.H]
 
 
-def _bent(state, ends, H, control, P_max):
+def _bent(state, scene, control, P_max):
     """Events of every pattern of a state; of its roots, that with the state's own number."""
-    rows = _buckles(state, ends, H) if state.mode else []
-    for track in tracks(state, ends, H, control, P_max):
-        if track.t.size < 2:
-            continue
-        _, values, found = track.at(np.arange(track.t.size), track.t)
-        values = np.where(found, values, np.nan)
-        for sample, event in track.ends_at.items():
-            # What ends a branch is zero there to rounding.
-            values[[i for i, other in enumerate(track.events) if other == event], sample] = np.nan
-        happens = [*_ends_of(track)]
-        happens += [_roots_of(track, i, event, values[i]) for i, event in enumerate(track.events)]
-        gap = np.concatenate([track.gap[samples] for _, samples, *_ in happens])
-        t = np.concatenate([at for _, _, at, *_ in happens])
-        for event, samples, at, low, high in happens:
-            apart = np.abs(at[:, None] - t)
-            others = (track.gap[samples][:, None] == gap) & (apart > SAME_EVENT * at[:, None])
-            nearest = np.where(others, apart, np.inf).min(axis=1, initial=np.inf)
-            aside = np.minimum(ASIDE * (high - low + at), nearest / 2)
-            rows += _describe(track, samples, at, aside, event, state, ends, H, control)
+    rows = _buckles(state, scene) if state.mode else []
+    for curve in curves(state, scene, control, P_max):
+        events = curve.events()
+        gap = curve.gap[events.near]
+        apart = np.abs(events.t[:, None] - events.t)
+        others = (gap[:, None] == gap) & (apart > SAME_EVENT * events.t[:, None])
+        nearest = np.where(others, apart, np.inf).min(axis=1, initial=np.inf)
+        aside = np.minimum(ASIDE * (events.high - events.low + events.t), nearest / 2)
+        rows += _described(curve, state, events, aside)
     return rows
 
 
-def _roots_of(track, number, event, values):
-    """Roots of one function, with these `values` at the samples, between neighbours.
-
-    Returns
-    -------
-    event : Event
-    samples : ndarray of int, shape (n,)
-    t, low, high : ndarray, shape (n,)
-    """
-    sign = np.where(np.isnan(values), np.nan, np.where(values < 0, -1.0, 1.0))
-    left = np.flatnonzero((track.gap[:-1] == track.gap[1:]) & (sign[:-1] * sign[1:] < 0))
-    low, high = track.t[left], track.t[left + 1]
-    root = find_root(lambda t, sample: track.at(sample, t)[1][number], (low, high), args=(left,))
-    # A sample that is itself a root to rounding brackets nothing.
-    nearer = np.where(np.abs(values[left]) < np.abs(values[left + 1]), low, high)
-    t = np.where(root.success, root.x, nearer)
-    return event, left, t, low, high
-
-
-def _ends_of(track):
-    """The ends of the branches, as `_roots_of` gives roots."""
-    ends_at = track.ends_at.items()
-    for event in {event for _, event in ends_at}:
-        at = np.array([sample for sample, e in ends_at if e == event])
-        inner = np.where(
-            (at + 1 < track.t.size) & (track.gap[np.minimum(at + 1, track.t.size - 1)] == track.gap[at]),
-            at + 1,
-            at - 1,
-        )
-        t = track.t[at]
-        low, high = np.minimum(t, track.t[inner]), np.maximum(t, track.t[inner])
-        yield event, at, t, low, high
-
-
-def _describe(track, samples, t, aside, event, state, ends, H, control):
-    """Rows of events at t: one for each side on which the state exists, at a flat stretch one for both."""
-    if not t.size:
+def _described(curve, state, events, aside):
+    """Rows of events: one for each side on which the state exists, at a flat stretch one for both."""
+    if not events.t.size:
         return []
-    here, _, found = track.at(samples, t)
-    gap = track.gap[samples]
-    first, last = (np.searchsorted(track.gap, gap, side=side) for side in ("left", "right"))
+    near, t, control = events.near, events.t, curve.control.name
+    here, points = curve.at(t, near)
+    first, last = (np.searchsorted(curve.gap, curve.gap[near], side=side) for side in ("left", "right"))
+    begin, end = curve.t[first], curve.t[last - 1]
     sides = []
     # Never past the end of the branch, unless it is the event.
-    room = t - track.t[first], track.t[last - 1] - t
-    low, high = (np.where(some > 0, np.minimum(aside, some / 2), aside) for some in room)
+    low, high = (np.where(room > 0, np.minimum(aside, room / 2), aside) for room in (t - begin, end - t))
     for beside in (t - low, t + high):
-        inside = (beside >= track.t[first]) & (beside <= track.t[last - 1])
-        solution, _, solved = track.at(samples, np.where(inside, beside, t))
-        exists = inside & solved & found & (solution.status == Status.SOLVED)
-        exists &= _number(state, ends, solution, exists) == state.root
+        inside = (beside >= begin) & (beside <= end)
+        solution, solved = curve.at(np.where(inside, beside, t), near)
+        exists = inside & solved.found & points.found & (solution.status == Status.SOLVED)
+        exists &= _number(state, solution, exists) == state.root
         sides.append((solution, exists))
     rows = []
-    for i in range(t.size):
-        place = (H[track.gap[samples[i]]], float(here.P[i]), float(here.shortening[i]), state.name, event)
+    for i, event in enumerate(events.event):
+        place = here.H[i], float(here.P[i]), float(here.shortening[i]), state.name, event
         shape = float(here.energy[i]), float(here.curvature[i])
         beyond = [int(solution.index[i]) if exists[i] else -1 for solution, exists in sides]
         if event == Event.FLAT_BUCKLES or (event in PASSED and min(beyond) >= 0):
@@ -287,9 +235,9 @@ def _describe(track, samples, t, aside, event, state, ends, H, control):
     return rows
 
 
-def _number(state, ends, solution, wanted):
+def _number(state, solution, wanted):
     """Numbers of the roots that a solution has found, 0 where not wanted."""
-    numbers = np.zeros(wanted.size, int)
+    numbers, ends = np.zeros(wanted.size, int), solution.ends
     own = np.flatnonzero(wanted)
     if state.mode:
         numbers[own] = 1

@@ -1,21 +1,22 @@
 """Branches of states over the load at one gap, cut where their verdict changes, and jumps between them.
 
-Where a strip jumps to is told by what loading paths ask as well (`elastica.paths.quasistatic`).
+Of the exact method a piece is followed along its curve (`elastica.paths.curve`) from a point of the grid to
+where its verdict changes. Of a chain, and at prescribed shortening, a piece has the values of the file.
 
-Of the exact method the cuts are narrowed down and the pieces sampled afresh, densely at both ends, where
-folds have vertical tangents. Of a chain, and at prescribed shortening, a piece has the values of the file.
+Not here: where a strip jumps to, which loading paths ask as well (`elastica.paths.quasistatic`).
 """
 
+from collections.abc import Callable
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
 
 from elastica.codes import Stability, Status
-from elastica.control import LOAD
+from elastica.control import CONTROLS, LOAD
 from elastica.ends import parse_ends
 from elastica.finding import search
-from elastica.multisection import narrow
+from elastica.paths.curve import curve_through
 from elastica.paths.quasistatic import Loading
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
@@ -23,13 +24,13 @@ from elastica.solving import solve
 from studies.plot.boundaries import event_at
 from studies.plot.reading import solves_exactly
 
-MOST_READ, SAMPLES = 400, 48
-NARROWED = 4
-"""How often the interval of the grid around a cut is divided."""
+MOST_READ = 400
 MOST_INDEX = 3
-"""Index from which on a branch is only followed through the grid, without narrowing down its cuts."""
+"""Index from which on a branch is only followed through the grid."""
+SHARP = 1e-9
+"""Part of κ/√p within which the ends of a piece are found."""
 SAME = 1e-6
-"""Difference of curvature over √p of one and the same equilibrium."""
+"""Difference of curvature over √p of one and the same equilibrium, part of a load that is the grid's last."""
 QUANTITIES = ("P", "shortening", "curvature", "energy", "bending_energy", "reaction")
 
 
@@ -45,6 +46,8 @@ class Piece(NamedTuple):
         `Boundary` at its first and last point, None at the ends of the grid.
     values : dict of str to ndarray, shape (n,)
         Of each of `QUANTITIES`; of the reactions, their sum.
+    solved : callable
+        Gives, for the position of a point, a `Solution` and which of its points it is; None if not found.
     """
 
     state: str
@@ -52,6 +55,7 @@ class Piece(NamedTuple):
     stability: int
     events: tuple
     values: dict
+    solved: Callable
 
     def holds(self, control, prescribed):
         """Where it is stable under a control, (n,): fixing the shortening takes away a direction where it
@@ -103,51 +107,58 @@ def branches(panel, control):
     step = -(-panel.sizes[control] // MOST_READ)
     panel = panel.isel({control: slice(None, None, step)})
     status = panel["status"].transpose(control, "state").values
-    ends, H = str(panel["ends"].values), float(panel["H"].values)
-    pieces = []
+    scene = Scene(parse_ends(str(panel["ends"].values)), panel["H"].values.reshape(1))
+    pieces, curves = [], []
     for number in np.flatnonzero((status == Status.SOLVED).any(axis=0)):
         name = str(panel["state"].values[number])
         if solves_exactly(panel):
-            pieces += _solved(name, ends, H, panel["P"].values)
+            pieces += _followed(name, scene, panel["P"].values, curves)
         else:
-            pieces += _stored(name, panel.isel(state=number), control)
+            pieces += _stored(name, scene, panel.isel(state=number), control)
     return pieces
 
 
-def _solved(name, ends, H, loads):
-    """Pieces of a state, its cuts narrowed down."""
+def _followed(name, scene, loads, curves):
+    """Pieces of a state, followed from the middle of each run of grid points with one verdict.
 
-    def at(P):
-        return solve(name, P=P, H=H, ends=ends)
+    Those that lie on a curve which was followed already are left out, others added to these.
+    """
+    grid = solve(name, P=loads, H=scene.H, ends=scene.ends)
+    verdicts = _verdicts(grid)
+    pieces = []
+    for run in _runs(np.hstack([verdicts, grid.periods])):
+        solved, index, stability = verdict = verdicts[run[0]]
+        if not solved:
+            continue
+        if index >= MOST_INDEX:
+            if run.size > 1:
+                values = _values(grid, run)
+                solved = _by_load(name, scene, values)
+                pieces.append(Piece(name, MOST_INDEX, int(Stability.UNSTABLE), (None, None), values, solved))
+            continue
+        curve = curve_through(grid, LOAD, run[run.size // 2])
+        if any(other.passes(curve) for other in curves):
+            continue
 
-    coarse = at(loads)
-    keys = _keys(coarse)
-    cut = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1))
-    concerns = (keys[:, 0] == 1) & (keys[:, 1] < MOST_INDEX)
-    cut = cut[concerns[cut] | concerns[cut + 1]]
-    below, above = narrow(
-        lambda P, which: (_keys(at(P)) == keys[cut[which]]).all(axis=1), loads[cut], loads[cut + 1], NARROWED
-    )
-    firsts, lasts = [loads[0], *above], [*below, loads[-1]]
-    pieces = [
-        Piece(name, MOST_INDEX, int(Stability.UNSTABLE), (None, None), _values(coarse, run))
-        for run in _consecutive((keys[:, 0] == 1) & (keys[:, 1] >= MOST_INDEX), keys)
-    ]
-    for number, (first, last) in enumerate(zip(firsts, lasts, strict=True)):
-        run = keys[[0, *(cut + 1)][number]]
-        if not run[0] or run[1] >= MOST_INDEX:
+        def holds(solution, verdict=verdict):
+            within = (solution.P >= loads[0]) & (solution.P <= loads[-1])
+            return within & (_verdicts(solution) == verdict).all(axis=1)
+
+        curve, _ = curve.followed(holds, SHARP)
+        if curve.t.size < 2:
             continue
-        P = first + (last - first) * (1 - np.cos(np.linspace(0, np.pi, SAMPLES))) / 2
-        s = at(P)
-        own = np.flatnonzero((_keys(s) == run).all(axis=1))
-        if own.size < 2:
-            continue
-        events = event_at(s)[own[[0, -1]]]
+        curves.append(curve)
+        along, _ = curve.at(curve.t, np.arange(curve.t.size))
         events = tuple(
-            None if edge in (loads[0], loads[-1]) else event
-            for edge, event in zip((first, last), events, strict=True)
+            None if np.isclose(along.P[edge], loads[[0, -1]], SAME, 0).any() else event_at(along)[edge]
+            for edge in (0, -1)
         )
-        pieces.append(Piece(name, int(run[1]), int(run[2]), events, _values(s, own)))
+
+        def solved(at, curve=curve):
+            return curve.at(curve.t[[at]], np.array([at]))[0], 0
+
+        values = _values(along, slice(None))
+        pieces.append(Piece(name, int(index), int(stability), events, values, solved))
     return pieces
 
 
@@ -157,31 +168,43 @@ def _values(solution, at):
     return values | {"reaction": solution.reaction[at].sum(axis=-1)}
 
 
-def _consecutive(wanted, keys):
-    """Runs of wanted points whose keys are the same."""
-    places = np.flatnonzero(wanted)
-    breaks = (np.diff(places) > 1) | (keys[places[1:]] != keys[places[:-1]]).any(axis=1)
-    return [run for run in np.split(places, np.flatnonzero(breaks) + 1) if run.size > 1]
-
-
-def _keys(solution):
-    """What does not change along a piece: whether it is solved, index, verdict, extra periods."""
+def _verdicts(solution):
+    """Whether it is solved, index and verdict: 0 where it is not, (n, 3)."""
     solved = solution.status == Status.SOLVED
-    plain = np.stack([solved, solution.index, solution.stability], axis=1).astype(int)
-    keys = np.hstack([plain, solution.periods])
-    keys[~solved] = 0
-    return keys
+    return np.stack([solved, solution.index * solved, solution.stability * solved], axis=1).astype(int)
 
 
-def _stored(name, panel, control):
+def _runs(keys):
+    """Runs of points with the same keys (n, …)."""
+    breaks = np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1)) + 1
+    return np.split(np.arange(len(keys)), breaks)
+
+
+def _by_load(name, scene, values):
+    """How points are solved of which quantities are known: among the roots at their load, by curvature.
+
+    The number of a root at given shortening says nothing at given load, at which solving is faster.
+    """
+
+    def solved(at):
+        P, curvature = values["P"][[at]], values["curvature"][at]
+        for *_, roots in search([name.partition(":")[0]], scene, LOAD, P):
+            away = np.abs(roots.curvature - curvature) / (1 + np.sqrt(FOUR_PI_SQUARED * P))
+            if away.min() < SAME:
+                return roots, int(away.argmin())
+        return None
+
+    return solved
+
+
+def _stored(name, scene, panel, control):
     """Pieces of a state from the values in a file."""
     found = {q: panel[q].values for q in QUANTITIES if q in panel and panel[q].dims == (control,)}
     found[control] = panel[control].values
     if "reaction" in panel:
         found["reaction"] = panel["reaction"].fillna(0).sum("contact").values
     status, index, stability = (panel[q].values for q in ("status", "index", "stability"))
-    keys = np.stack([status, np.where(status == 0, index, -1), np.where(status == 0, stability, -1)], axis=1)
-    runs = np.split(np.arange(status.size), np.flatnonzero((keys[1:] != keys[:-1]).any(axis=1)) + 1)
+    solved = status == Status.SOLVED
     return [
         Piece(
             name,
@@ -189,9 +212,10 @@ def _stored(name, panel, control):
             int(stability[run[0]]),
             (None, None),
             {q: values[run] for q, values in found.items()},
+            _by_load(name, scene, {q: values[run] for q, values in found.items()}),
         )
-        for run in runs
-        if status[run[0]] == Status.SOLVED
+        for run in _runs(np.stack([status, index * solved, stability * solved], axis=1))
+        if solved[run[0]]
     ]
 
 
@@ -215,38 +239,36 @@ def jumps(pieces, control, prescribed, ends, H):
         Without those that begin beyond the grid, and without smooth passages.
     """
     least, most = (edge(edge(piece.values[prescribed]) for piece in pieces) for edge in (min, max))
-    loading = Loading(parse_ends(ends), H, control)
-    arcs = [arc for piece in pieces for arc in _arcs(loading, piece, piece.holds(control, prescribed))]
+    loading = Loading(Scene(parse_ends(ends), np.array([H])), CONTROLS[control])
+    held = ((piece, piece.holds(control, prescribed)) for piece in pieces)
+    stretches = dict.fromkeys(stretch for part in held for stretch in _stretches(loading, *part))
     found = []
-    for arc, upper in product(dict.fromkeys(arcs), (False, True)):
-        if arc.state.straight and not upper:
+    for stretch, upper in product(stretches, (False, True)):
+        if stretch.state.straight and not upper:
             continue
-        lost = arc.end(upper)
+        lost = stretch.end(upper)
         start = {q: values[0] for q, values in _values(lost, slice(None)).items()}
         if not least < start[prescribed] < most:
             continue
-        event = loading.passage(arc, upper)
-        if event.arc is None:
-            name = "?" if event.lost else f"{arc.state.name}?"
-            found.append(Jump(control, arc.state.name, name, start, {}))
+        event = loading.passage(stretch, upper)
+        if event.stretch is None:
+            name = "?" if event.lost else f"{stretch.state.name}?"
+            found.append(Jump(control, stretch.state.name, name, start, {}))
         elif event.jump:
-            there = _values(event.arc.at(np.array([event.given])), slice(None))
+            there = _values(event.stretch.at(np.array([event.value])), slice(None))
             stop = {q: values[0] for q, values in there.items()}
-            found.append(Jump(control, arc.state.name, event.arc.state.name, start, stop))
+            found.append(Jump(control, stretch.state.name, event.stretch.state.name, start, stop))
     return found
 
 
-def _arcs(loading, piece, holds):
-    """The arcs of the parts of a piece that are stable."""
+def _stretches(loading, piece, holds):
+    """The stretches of the parts of a piece that are stable."""
     places = np.flatnonzero(holds)
     for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
         if run.size > 1:
-            middle = run[run.size // 2]
-            P, curvature = (piece.values[q][middle] for q in ("P", "curvature"))
-            name = piece.state.partition(":")[0]
-            scene = Scene(loading.ends, np.array([loading.H]))
-            for _, _, s in search([name], scene, LOAD, np.array([P])):
-                away = np.abs(s.curvature - curvature) / (1 + np.sqrt(FOUR_PI_SQUARED * P))
-                arc = loading.through(s, int(away.argmin())) if away.min() < SAME else None
-                if arc is not None:
-                    yield arc
+            P = piece.values["P"][run]
+            middle = run[np.abs(P - (P[0] + P[-1]) / 2).argmin()]
+            found = piece.solved(middle)
+            stretch = loading.through(*found) if found else None
+            if stretch is not None:
+                yield stretch

@@ -7,11 +7,14 @@ from brute_force.chain import minimise
 
 import elastica
 import studies
+from elastica.control import LOAD, SHORTENING
 from elastica.ends import parse_ends
 from elastica.equilibria.euler import euler_root
-from elastica.paths.arcs import arc_through
+from elastica.paths.curve import curve_through
 from elastica.paths.quasistatic import CHAINS, Loading
+from elastica.paths.stretch import stretch_of
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 from studies import StudyError, loading_path
 
 CC, PP = "clamped-clamped", "pinned-pinned"
@@ -63,14 +66,14 @@ def test_small_deflections():
 
 
 def test_arcs_end_where_theory_says():
-    ua = arc_through(elastica.solve("Ua", P=3.0, H=0.05), "shortening")
+    ua = stretch_of(curve_through(elastica.solve("Ua", P=3.0, H=0.05), SHORTENING))
     assert ua.end(True).P == pytest.approx(2.066078, abs=1e-6)
     assert ua.end(False).P == pytest.approx(3.65445, abs=5e-6)
     assert ua.low == pytest.approx(0.007386777, abs=1e-9)
-    assert arc_through(elastica.solve("Ua", P=3.0, H=0.05), "P") is None
-    u = arc_through(elastica.solve("U", P=3.0, H=0.1), "P")
+    assert stretch_of(curve_through(elastica.solve("Ua", P=3.0, H=0.05), LOAD)) is None
+    u = stretch_of(curve_through(elastica.solve("U", P=3.0, H=0.1), LOAD))
     assert (u.low, u.high) == pytest.approx((1.0127127055026, 3.9378211842362), rel=1e-11)
-    flat = arc_through(elastica.solve("U-", P=2.0, H=0.05, ends=PP), "P")
+    flat = stretch_of(curve_through(elastica.solve("U-", P=2.0, H=0.05, ends=PP), LOAD))
     assert flat.high == pytest.approx(3.9685924505, rel=1e-10)
 
 
@@ -158,12 +161,12 @@ def test_a_chain_that_rests_on_a_line_has_landed_there():
 def test_where_a_chain_lands_is_traced_back_to_where_the_state_was_lost():
     """Ua is lost at 0.0181085; there is the line, which passes into the point at 0.0180117."""
     ends = parse_ends("0.3/2.5")
-    loading = Loading(ends, 0.08, "shortening")
+    loading = Loading(Scene(ends, np.array([0.08])), SHORTENING)
     lost = loading.through(elastica.solve("Ua", shortening=0.03, H=0.08, ends=ends))
     event = loading.passage(lost, False)
-    assert (event.arc.state.name, event.jump) == ("U-", True)
-    assert (event.given, event.arc.low) == pytest.approx((0.0181085304, 0.0180117), rel=1e-5)
-    assert loading.passage(event.arc, False).arc.state.name == "U"
+    assert (event.stretch.state.name, event.jump) == ("U-", True)
+    assert (event.value, event.stretch.low) == pytest.approx((0.0181085304, 0.0180117), rel=1e-5)
+    assert loading.passage(event.stretch, False).stretch.state.name == "U"
 
 
 def test_where_following_ends_is_not_where_a_state_ends():
@@ -182,10 +185,10 @@ def test_where_following_ends_is_not_where_a_state_ends():
 
 
 def test_chains_that_disagree_are_named():
-    loading = Loading(parse_ends(CC), 0.05, "P")
+    loading = Loading(Scene(parse_ends(CC), np.array([0.05])), LOAD)
     arc = loading.through(elastica.solve("UD", P=8.0, H=0.05))
     first = loading.passage(arc, True)
-    assert first.jump and loading.other_state(arc, True) not in ("", first.arc.state.name)
+    assert first.jump and loading.other_state(arc, True) not in ("", first.stretch.state.name)
     assert len({links for links, _ in CHAINS}) == 2
 
 
