@@ -1,6 +1,6 @@
 """Speed against error: every method on the same states, in one run, against 50-digit references.
 
-scenes         the states, what is asked of them, and the stored references
+cases          the states, what is asked of them, and the stored references
 exact          this package's closed forms, and its elements with a given number of terms
 chain          its chain of links in both settings
 collocation    a peer: SciPy's solve_bvp
@@ -9,4 +9,6 @@ interior_point a peer: IPOPT through casadi
 measure        the run: interleaved rounds, one dataset
 floor          how long a perfect solver's special functions take
 report         tables, ratios at equal error; figures: error against time
+folder         what a run leaves behind
+scale          whole studies of growing size; storage: the same dataset in several layouts; scale_report
 """

@@ -1,4 +1,7 @@
-"""The chain of links with O(N) algebra, started from the exact state: a little in its favour."""
+"""The chain of links with O(N) algebra, started from the exact state: a little in its favour.
+
+Not here: the same chain with full matrices (`dense`).
+"""
 
 import time
 
@@ -16,20 +19,20 @@ from elastica.chain.start import exact_start
 from elastica.chain.verdict import judge
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
-from studies.accuracy.scenes import SAMPLES, Answer
+from studies.accuracy.cases import SAMPLES, Answer
 
 ORDERS = {"published": 1, "consistent": 2}
 
 
-def start(scene, links):
+def start(case, links):
     """The exact state in the unknowns of a chain of `links` links."""
-    exact = elastica.solve(scene.state, P=[scene.P], H=scene.H)
-    return exact_start(exact, 0, mesh_of(links, Profile()), Scene(exact.ends, scene.H))
+    exact = elastica.solve(case.state, P=[case.P], H=case.H)
+    return exact_start(exact, 0, mesh_of(links, Profile()), Scene(exact.ends, case.H))
 
 
-def chain(scene, links, clamp):
+def chain(case, links, clamp):
     """One state of a chain in the setting `clamp`."""
-    begin = start(scene, links)
+    begin = start(case, links)
     setting = SETTINGS[clamp]
     clock = [time.perf_counter()]
     state = setting.settled(equilibrium(begin.mesh, begin.contacts, begin))

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import solve_bvp
 
 from elastica.scales import FOUR_PI_SQUARED
-from studies.accuracy.scenes import SAMPLES, Answer
+from studies.accuracy.cases import SAMPLES, Answer
 
 NODES = 21
 MOST_NODES = 100_000
@@ -14,14 +14,14 @@ STEEPEST = 1.0
 """Radians of the bow that free shapes start from."""
 
 
-def collocation(scene, tolerance):
+def collocation(case, tolerance):
     """One state by `solve_bvp`; unknowns θ, θ', y and at a contact the force λ.
 
     The start is a cosine of the right height. Energy and shortening are integrated over the solution's own
     polynomials by three Gauss points each, outside of the time.
     """
-    p = FOUR_PI_SQUARED * scene.P
-    touches = scene.state != "B1"
+    p = FOUR_PI_SQUARED * case.P
+    touches = case.state != "B1"
 
     def strip(s, z, force=(0.0,)):
         theta, curvature, _ = z
@@ -29,9 +29,9 @@ def collocation(scene, tolerance):
 
     def ends(a, b, force=(0.0,)):
         held = [a[0], a[2], b[0]]
-        return np.array([*held, b[2] - scene.H] if touches else held)
+        return np.array([*held, b[2] - case.H] if touches else held)
 
-    height = scene.H if touches else STEEPEST / np.pi
+    height = case.H if touches else STEEPEST / np.pi
     s = np.linspace(0, 0.5, NODES)
     start = np.stack(
         [

@@ -12,16 +12,16 @@ from scipy.linalg import eigh
 from elastica.chain.published import free_links, second_variation, wall_links
 from elastica.chain.spectrum import floor
 from elastica.scales import FOUR_PI_SQUARED
+from studies.accuracy.cases import Answer
 from studies.accuracy.chain import energies, start
-from studies.accuracy.scenes import Answer
 
 CONVERGED = 1e-9
 MOST_STEPS = 40
 
 
-def dense(scene, links):
+def dense(case, links):
     """One state with its index and lowest eigenvalue."""
-    first = start(scene, links)
+    first = start(case, links)
     frozen = wall_links(first.mesh, first.contacts, first.cuts)
     pieces = free_links(first.mesh, first.scene.ends, frozen)
     theta = np.interp(pieces.middles, first.pieces.middles, first.theta)

@@ -6,24 +6,24 @@ import numpy as np
 
 import elastica
 from elastica.stability.spectrum import eigenvalues
-from studies.accuracy.scenes import SAMPLES, Answer
+from studies.accuracy.cases import SAMPLES, Answer
 
 SPREAD = 0.1
-"""Points of a block lie within this relative distance in load of the scene's, which comes first."""
+"""Points of a block lie within this relative distance in load of the case's, which comes first."""
 SHAPES = 500
 """Points of a block whose shapes are sampled: all of 10,000 would be 48 MB."""
 
 
-def exact(scene, size):
-    """A block of `size` states that begins with the scene; seconds are per state."""
-    P, H = _block(scene, size)
+def exact(case, size):
+    """A block of `size` states that begins with the case; seconds are per state."""
+    P, H = _block(case, size)
     begin = time.perf_counter()
-    s = elastica.solve(scene.state, P=P, H=H)
+    s = elastica.solve(case.state, P=P, H=H)
     solving = (time.perf_counter() - begin) / size
     begin = time.perf_counter()
     lowest = s.eigenvalues(1)
     spectrum = (time.perf_counter() - begin) / size
-    few = elastica.solve(scene.state, P=P[:SHAPES], H=H[:SHAPES])
+    few = elastica.solve(case.state, P=P[:SHAPES], H=H[:SHAPES])
     begin = time.perf_counter()
     shape = few.shape(SAMPLES)
     sampling = (time.perf_counter() - begin) / few.P.size
@@ -42,18 +42,18 @@ def exact(scene, size):
     )
 
 
-def spectral(scene, terms, size=1000):
+def spectral(case, terms, size=1000):
     """The lowest eigenvalue from elements with `terms` Legendre terms each."""
-    P, H = _block(scene, size)
+    P, H = _block(case, size)
     begin = time.perf_counter()
-    s = elastica.solve(scene.state, P=P, H=H)
+    s = elastica.solve(case.state, P=P, H=H)
     lowest = eigenvalues(s, 1, terms=terms)
     seconds = (time.perf_counter() - begin) / size
     return Answer({"eigenvalue": seconds}, s.energy[0], s.shortening[0], None, lowest[0, 0])
 
 
-def _block(scene, size):
-    """Loads and gaps near the scene's, upwards: towards the Euler load there might be no state."""
-    P = scene.P * (1 + SPREAD * np.random.default_rng(0).random(size))
-    P[0] = scene.P
-    return P, np.full(size, scene.H)
+def _block(case, size):
+    """Loads and gaps near the case's, upwards: towards the Euler load there might be no state."""
+    P = case.P * (1 + SPREAD * np.random.default_rng(0).random(size))
+    P[0] = case.P
+    return P, np.full(size, case.H)

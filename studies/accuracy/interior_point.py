@@ -10,7 +10,7 @@ from functools import cache
 import numpy as np
 
 from elastica.scales import FOUR_PI_SQUARED
-from studies.accuracy.scenes import Answer
+from studies.accuracy.cases import Answer
 
 OPTIONS = {
     "print_time": False,
@@ -30,17 +30,17 @@ BOW = 0.9
 """Part of the gap that the cosine to start from fills."""
 
 
-def interior_point(scene, links):
+def interior_point(case, links):
     """The stable state near a bow, by minimisation; setting up the problem is outside of the time."""
     solver = _solver(links)
     s = (np.arange(links) + 0.5) / links
-    theta = np.arcsin(np.minimum(BOW * scene.H * np.pi, 0.9) * np.sin(2 * np.pi * s))
+    theta = np.arcsin(np.minimum(BOW * case.H * np.pi, 0.9) * np.sin(2 * np.pi * s))
     y = np.cumsum(np.sin(theta))[:-1] / links
-    walls = np.concatenate([np.full(links, np.inf), np.full(links - 1, scene.H)])
+    walls = np.concatenate([np.full(links, np.inf), np.full(links - 1, case.H)])
     begin = time.perf_counter()
     found = solver(
-        x0=np.concatenate([theta, np.clip(y, -scene.H, scene.H)]),
-        p=scene.P,
+        x0=np.concatenate([theta, np.clip(y, -case.H, case.H)]),
+        p=case.P,
         lbx=-walls,
         ubx=walls,
         lbg=0,

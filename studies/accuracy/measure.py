@@ -1,7 +1,9 @@
-"""The run: all methods on all scenes in interleaved rounds, and the dataset of times and errors.
+"""The run: all methods on all cases in interleaved rounds, and the dataset of times and errors.
 
 What other processes do to the machine falls on all methods alike, and medians over the rounds are compared.
-The dataset is written after each round: an interrupted run keeps what it measured.
+The dataset is built after each round: an interrupted run keeps what it measured.
+
+Not here: the methods themselves, the files (`folder`).
 """
 
 from dataclasses import dataclass
@@ -13,12 +15,12 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from elastica.spelling import did_you_mean
+from studies.accuracy.cases import TASKS, cases
 from studies.accuracy.chain import chain, extrapolated
 from studies.accuracy.collocation import collocation
 from studies.accuracy.dense import dense
 from studies.accuracy.exact import exact, spectral
 from studies.accuracy.interior_point import interior_point
-from studies.accuracy.scenes import TASKS, scenes
 from studies.errors import StudyError
 
 DOUBLINGS = [25 * 2**k for k in range(10)]
@@ -82,12 +84,12 @@ class Method:
         """Name of the curve it belongs to."""
         return f"{self.family}-extrapolated" if self.finer else self.family
 
-    def answer(self, scene, answers):
+    def answer(self, case, answers):
         """Run it; or combine the two answers of this round that it extrapolates."""
         if self.finer:
             coarse, fine = (answers[Method(self.family, links)] for links in (self.setting, self.finer))
             return extrapolated(coarse, fine, self.family.removeprefix("chain-"))
-        return FAMILIES[self.family].run(scene, self.setting)
+        return FAMILIES[self.family].run(case, self.setting)
 
 
 def methods(names=(), quick=False):
@@ -141,21 +143,21 @@ def rounds(chosen, count):
 
     Yields
     ------
-    seconds : ndarray, shape (scenes, tasks, methods, rounds so far)
+    seconds : ndarray, shape (cases, tasks, methods, rounds so far)
         NaN where a method does not do a task.
-    error : ndarray, shape (scenes, tasks, methods)
+    error : ndarray, shape (cases, tasks, methods)
     """
-    shape = (len(scenes()), len(TASKS), len(chosen))
+    shape = (len(cases()), len(TASKS), len(chosen))
     seconds, error = np.full((*shape, count), np.nan), np.full(shape, np.nan)
     with threadpool_limits(limits=1):
         for number in range(-1, count):
-            for i, scene in enumerate(scenes().values()):
+            for i, case in enumerate(cases().values()):
                 answers = {}
                 for k, method in enumerate(chosen):
                     if number < 0 and not _warms_up(method):
                         continue
-                    answers[method] = found = method.answer(scene, answers)
-                    errors = found.errors(scene)
+                    answers[method] = found = method.answer(case, answers)
+                    errors = found.errors(case)
                     for j, task in enumerate(TASKS):
                         if task in errors and number >= 0:
                             seconds[i, j, k, number] = found.seconds[task]
@@ -184,7 +186,7 @@ def dataset(chosen, seconds, error, attributes):
             "error": (("scene", "task", "solver"), error, about),
         },
         {
-            "scene": list(scenes()),
+            "scene": list(cases()),
             "task": list(TASKS),
             "solver": [method.title for method in chosen],
             "curve": ("solver", [method.curve for method in chosen]),

@@ -1,11 +1,14 @@
-"""Tables and figures of a measured dataset: ratios at equal error first, then everything."""
+"""Tables and figures of a measured dataset: ratios at equal error first, then everything.
+
+Not here: measuring (`measure`, `floor`), whole studies (`scale_report`).
+"""
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from studies.accuracy.scenes import TASKS, scenes
+from studies.accuracy.cases import TASKS, cases
 
 CURVES = {
     "exact": ("exact, in blocks", "#0b4f8a", "*", "-"),
@@ -36,26 +39,26 @@ def headline(data):
     Returns
     -------
     list of (str, str, str, float, float)
-        Scene, task, peer, ratio of times, ratio of errors.
+        Case, task, peer, ratio of times, ratio of errors.
     """
     median = data["seconds"].median("round")
     rows = []
     names = set(data["solver"].values.tolist())
-    for scene in scenes():
+    for case in cases():
         for peer, task in PEERS.items():
             if peer in names and EXACT in names:
-                at = {"scene": scene, "task": task}
+                at = {"scene": case, "task": task}
                 times, errors = (
                     field.sel(at).sel(solver=peer).item() / field.sel(at).sel(solver=EXACT).item()
                     for field in (median, data["error"])
                 )
-                rows.append((scene, task, peer, times, errors))
+                rows.append((case, task, peer, times, errors))
     chains = "dense procedure, 1,600 links", "published chain, 1,600 links"
     if set(chains) <= names:
-        for scene in scenes():
-            dense, linear = (median.sel(scene=scene, task="index", solver=name).item() for name in chains)
+        for case in cases():
+            dense, linear = (median.sel(scene=case, task="index", solver=name).item() for name in chains)
             rows.append(
-                (scene, "index", "dense procedure against the O(N) chain, 1,600 links", dense / linear, 1.0)
+                (case, "index", "dense procedure against the O(N) chain, 1,600 links", dense / linear, 1.0)
             )
     return rows
 
@@ -66,7 +69,7 @@ def markdown(data):
         "# Speed against error",
         "",
         f"{data.attrs['machine']}; one core; medians of {data.sizes['round']} interleaved rounds.",
-        "Errors are relative, against references of 50-digit arithmetic. " + _scenes(),
+        "Errors are relative, against references of 50-digit arithmetic. " + _cases(),
         "",
     ]
     rows = headline(data)
@@ -77,8 +80,8 @@ def markdown(data):
             "| state | task | method | its time, exact = 1 | its error, exact = 1 |",
             "|---|---|---|---:|---:|",
             *(
-                f"| {scene} | {TASKS[task]} | {peer} | {times:,.0f} | {errors:.1e} |"
-                for scene, task, peer, times, errors in rows
+                f"| {case} | {TASKS[task]} | {peer} | {times:,.0f} | {errors:.1e} |"
+                for case, task, peer, times, errors in rows
             ),
             "",
             "The last kind of row compares the two ways to do the chain's algebra, with equal results."
@@ -88,12 +91,12 @@ def markdown(data):
     if "floor_seconds" in data:
         lines += _floor(data)
     median = data["seconds"].median("round")
-    for scene in scenes():
+    for case in cases():
         for task, title in TASKS.items():
-            lines += ["", f"## {scene}: {title}", ""]
+            lines += ["", f"## {case}: {title}", ""]
             lines += ["| method | µs a state | states/s | error |", "|---|---:|---:|---:|"]
             for name in data["solver"].values:
-                at = {"scene": scene, "task": task, "solver": name}
+                at = {"scene": case, "task": task, "solver": name}
                 seconds, error = median.sel(at).item(), data["error"].sel(at).item()
                 if np.isfinite(seconds):
                     wrong = "wrong index" if np.isinf(error) else f"{error:.1e}"
@@ -101,9 +104,9 @@ def markdown(data):
     return "\n".join([*lines, ""])
 
 
-def _scenes():
-    """What the scenes are."""
-    return "; ".join(f"{s.name}: `{s.state}` at P = {s.P}, H = {s.H}" for s in scenes().values()) + "."
+def _cases():
+    """What the cases are."""
+    return "; ".join(f"{s.name}: `{s.state}` at P = {s.P}, H = {s.H}" for s in cases().values()) + "."
 
 
 def _floor(data):
@@ -129,8 +132,8 @@ def _floor(data):
     return lines
 
 
-def figure(data, scene):
-    """Error against time per state of one scene, a panel for each task.
+def figure(data, case):
+    """Error against time per state of one case, a panel for each task.
 
     Returns
     -------
@@ -139,8 +142,8 @@ def figure(data, scene):
     drawn = Figure(figsize=(11, 8.6), layout="constrained")
     FigureCanvasAgg(drawn)
     panels = drawn.subplots(2, 2, sharex=True, sharey=True)
-    median = data["seconds"].median("round").sel(scene=scene)
-    error = data["error"].sel(scene=scene)
+    median = data["seconds"].median("round").sel(scene=case)
+    error = data["error"].sel(scene=case)
     handles = {}
     for (task, title), axes in zip(TASKS.items(), panels.flat, strict=True):
         for curve, (label, colour, marker, style) in CURVES.items():
@@ -167,7 +170,7 @@ def figure(data, scene):
         axes.yaxis.set_minor_formatter(NullFormatter())
         axes.grid(color="#e5e5e5", linewidth=0.6)
         axes.set_axisbelow(True)
-    s = scenes()[scene]
+    s = cases()[case]
     drawn.suptitle(f"Error against time: {s.state} of a clamped strip, P = {s.P}, H = {s.H} (one core)")
     for axes in panels[1]:
         axes.set_xlabel("seconds a state")

@@ -25,7 +25,7 @@ def accuracy(output, quick, names, scale, workers):
     if scale is not None:
         _scale(output, scale, workers)
         return
-    from studies.accuracy.files import Folder
+    from studies.accuracy.folder import Folder
     from studies.accuracy.measure import QUICK_ROUNDS, ROUNDS, methods, rounds
 
     chosen, skipped = methods(names, quick)
@@ -51,8 +51,9 @@ def accuracy(output, quick, names, scale, workers):
 
 def _scale(output, largest, workers):
     """Whole studies: dataset after each, then table and figure."""
-    from studies.accuracy.files import Folder
-    from studies.accuracy.scale import figure, markdown, scale, sizes
+    from studies.accuracy.folder import Folder
+    from studies.accuracy.scale import scale, sizes
+    from studies.accuracy.scale_report import figure, markdown
 
     sizes(largest)
     folder = Folder.made(output)

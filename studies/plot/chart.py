@@ -1,13 +1,10 @@
 """Charts: the plane of half gap and load, or shortening, coloured by what is stable or by any variable.
 
-Under load control regions are bounded by exact curves, not by the grid: between grid points that differ the
-picture is solved, and so is the load at which each state begins and ceases to be stable. At prescribed
-shortening, and of a chain, every point of the picture takes what the nearest grid point has.
+Not here: what is stable where (`picture`), colours of states and captions (`style`).
 """
 
 import textwrap
-from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from matplotlib.cm import ScalarMappable
@@ -15,27 +12,14 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
-from scipy.interpolate import RegularGridInterpolator
 from scipy.ndimage import distance_transform_edt
 
-from elastica.codes import Status
 from elastica.control import CONTROLS
-from elastica.paths.stable import stable_energy
-from elastica.solving import solve
 from studies.errors import StudyError
-from studies.plot.between import FIRST, UNFOLLOWED, Between, marks, nearest
-from studies.plot.boundaries import curves_between
 from studies.plot.drawing import new_figure
-from studies.plot.reading import (
-    Grid,
-    further_states,
-    preferred,
-    restored,
-    solves_exactly,
-    stable_sets,
-    state_variable,
-)
-from studies.plot.regions import Plane, fill, log_spaced, sharpen, spread
+from studies.plot.picture import picture_of_regions, picture_of_values
+from studies.plot.reading import Panel, further_states, restored, solves_exactly, state_variable
+from studies.plot.regions import log_spaced
 from studies.plot.style import (
     NONE,
     axis_label,
@@ -69,36 +53,6 @@ HATCHED = {
 """How regions are hatched of which a chart does not know, and what they are called."""
 
 
-class Picture(NamedTuple):
-    """One panel: labels (H, control) with their meaning, or values, and curves (event, H, control).
-
-    `meaning` gives the names of the states of each label, or is empty; `none` tells where none of the states
-    searched is stable, `unfollowed` where the search for one of them ended before it could tell.
-    """
-
-    ends: str
-    H: np.ndarray
-    given: np.ndarray
-    labels: np.ndarray
-    meaning: dict
-    curves: list
-    unknown: list
-    none: np.ndarray
-    unfollowed: np.ndarray
-
-    def shown(self, units, control, variable):
-        """The picture in the units of a dataset."""
-        curves = [
-            (event, units.shown("H", H), units.shown(control, given)) for event, H, given in self.curves
-        ]
-        return self._replace(
-            H=units.shown("H", self.H),
-            given=units.shown(control, self.given),
-            labels=units.shown(variable, self.labels),
-            curves=curves,
-        )
-
-
 def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) -> "Figure":
     """Draw the plane of half gap and what is prescribed, one panel for each end condition.
 
@@ -125,21 +79,21 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
     dataset, units = restored(dataset)
     if show == "preferred":
         require(dataset, CONTROLS[control_of(dataset.sizes)].potential)
-    number = None if show in TITLES else state_variable(dataset, show, state)
+    position = None if show in TITLES else state_variable(dataset, show, state)
     control = control_of(dataset.sizes)
     for axis in ("H", control):
         if dataset.sizes[axis] < 2:
             raise StudyError(f"the dataset has fewer than two values of {axis}; a chart needs a plane")
-    panels = len(end_conditions(dataset))
-    grids = [Grid.of(dataset.isel(ends=panel), control) for panel in range(panels)]
+    count = len(end_conditions(dataset))
+    panels = [Panel.of(dataset.isel(ends=number), control) for number in range(count)]
     exact = solves_exactly(dataset)
-    if number is None:
-        pictures = [_regions(grid, show, exact) for grid in grids]
+    if position is None:
+        pictures = [picture_of_regions(panel, show, exact) for panel in panels]
     else:
-        pictures = [_values(grid, show, number, exact) for grid in grids]
+        pictures = [picture_of_values(panel, show, position, exact) for panel in panels]
     pictures = [picture.shown(units, control, show) for picture in pictures]
-    figure, axes = _panels(panels)
-    for left in axes[:: min(panels, 2)]:
+    figure, axes = _panels(count)
+    for left in axes[:: min(count, 2)]:
         left.set_ylabel(axis_label(control, units))
     draw = {"stable": _draw_sets, "preferred": _draw_sets, "count": _draw_counts}.get(show, _draw_values)
     handles = draw(figure, axes, pictures, show, units)
@@ -153,99 +107,13 @@ def chart(dataset: "Dataset", show: str = "stable", state: str | None = None) ->
 
 
 def _panels(count):
+    """A figure and its panels, two beside each other."""
     columns, rows = min(count, 2), -(-count // 2)
     figure = new_figure((4.3 * columns + 2.1, 5.4 * rows))
     axes = figure.subplots(rows, columns, squeeze=False).ravel()
     for unused in axes[count:]:
         unused.remove()
     return figure, axes[:count]
-
-
-def _regions(grid, show, exact):
-    """Labels of one panel, its grid made as fine as a picture, and the curves between them."""
-    H, given = grid.axes
-    sets = stable_sets(grid)
-    names = sets.names
-    solver = Between(names, grid.ends, H, given, fill(sets.computed, sets.known))
-    if show == "preferred":
-        sets = preferred(grid, sets)
-    # Points that were not computed take what the nearest has.
-    plane, curves = Plane(H, given, fill(sets.bits, sets.known)), []
-    if not exact:
-        plane = spread(plane)
-    else:
-        if show == "preferred":
-            plane = sharpen(plane, lambda H, P, near: solver.beside(solver.preferred, H, P))
-            holds, heir = solver.is_preferred, solver.preferred_name
-        else:
-            plane = sharpen(
-                plane,
-                lambda H, P, near: solver.beside(solver.stable, H, P, near[0] | near[1] | solver.free),
-            )
-            holds, heir = solver.is_stable, None
-        regions = [(name, plane.labels >> k & 1 == 1, partial(holds, 1 << k)) for k, name in enumerate(names)]
-        curves = curves_between(plane, regions, grid.ends, heir)
-    labels = plane.labels
-    unfollowed = (labels == 0) & _taken(fill(sets.unfollowed, sets.known), grid, plane)
-    none = (labels == 0) & ~unfollowed
-    if show == "count":
-        labels = np.bitwise_count(labels.astype(np.uint64)).astype(int)
-        meaning = {int(n): (str(n),) for n in np.unique(labels)}
-    else:
-        meaning = {
-            int(b): tuple(name for k, name in enumerate(names) if b >> k & 1) for b in np.unique(labels)
-        }
-    return Picture(grid.ends, plane.H, plane.given, labels, meaning, curves, sets.unknown, none, unfollowed)
-
-
-def _values(grid, variable, number, exact):
-    """Values of a variable of one state where it is an equilibrium, and the curves that bound it."""
-    H, given = grid.axes
-    name = grid.states[number]
-    status, values = grid.read("status", number), grid.read(variable, number).astype(float)
-    there = status == Status.SOLVED if variable != "status" else status != Status.NOT_COMPUTED
-    if not there.any():
-        raise StudyError(f"state = {name!r} is solved nowhere for {grid.ends}; there is nothing to draw")
-    smooth = variable in VARIABLES and VARIABLES[variable].dtype == "f8"
-    # Flags and counts change where nothing else does: their borders are looked for as well.
-    steps = variable if variable in ("index", "nullity", "stability") else None
-    known = marks(status, grid.read("stability", number), grid.read(steps, number) if steps else 0)
-    plane = Plane(H, given, fill(known, status != Status.NOT_COMPUTED))
-    curves = []
-    if exact and variable != "status":
-
-        def marked(H, P, around=None):
-            found = solve(name, P=P, H=H, ends=grid.ends)
-            return marks(found.status, found.stability, getattr(found, steps) if steps else 0)
-
-        def solved(H, P):
-            return marked(H, P) > UNFOLLOWED
-
-        def stable(H, P):
-            return np.isfinite(stable_energy(name, P, H, grid.ends))
-
-        plane = sharpen(plane, marked)
-        shown = plane.labels > UNFOLLOWED
-        firm = shown & (plane.labels % 2 == 1)
-        curves = curves_between(plane, [(name, shown, solved), (name, firm, stable)], grid.ends)
-    else:
-        shown = fill(there, status != Status.NOT_COMPUTED)
-    if exact and steps:
-        values = np.where(shown, plane.labels // 2 - FIRST, np.nan)
-    else:
-        filled = fill(values, there)
-        look = RegularGridInterpolator((H, given), filled, method="linear" if smooth else "nearest")
-        points = np.stack(np.meshgrid(plane.H, plane.given, indexing="ij"), axis=-1)
-        values = np.where(shown, look(points), np.nan)
-    unfollowed = (plane.labels == UNFOLLOWED) & ~shown
-    return Picture(
-        grid.ends, plane.H, plane.given, values, {}, curves, [], np.zeros_like(unfollowed), unfollowed
-    )
-
-
-def _taken(values, grid, plane):
-    """Values of the points of a picture, taken from the nearest of the grid."""
-    return values[np.ix_(*(nearest(*axes) for axes in zip(grid.axes, plane[:2], strict=True)))]
 
 
 def _draw_sets(figure, axes, pictures, show, units):

@@ -4,7 +4,7 @@ Not here: what lies between the grid points (`regions`).
 """
 
 import json
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from studies.plot.regions import FINE
 from studies.plot.style import listed, shortest_first
 from studies.schema import VARIABLES, control_of
 from studies.units import dimensionless
+
+if TYPE_CHECKING:
+    from xarray import Dataset
 
 BAND_BYTES = 32_000_000
 RANGES = {"H": (0, 0.5, " L"), "P": (0, LARGEST_LOAD, " 4π²EI/L²"), "shortening": (0, 2, " L")}
@@ -121,41 +124,49 @@ def nearest_label(dataset, axis, value, units):
     return int(np.abs(labels - value).argmin())
 
 
-class Grid(NamedTuple):
-    """Labels of one end condition that a picture uses: the dataset there, and positions along both axes."""
+class Panel(NamedTuple):
+    """What a picture uses of the dataset of one end condition: positions along both axes.
 
-    panel: object
+    Attributes
+    ----------
+    dataset : xarray.Dataset
+    control : str
+    rows, columns : ndarray of int
+        Positions along H and along the control.
+    """
+
+    dataset: "Dataset"
     control: str
     rows: np.ndarray
     columns: np.ndarray
 
     @classmethod
-    def of(cls, panel, control):
+    def of(cls, dataset, control):
         """Every label of a small grid, of a large one about as many as a picture has points."""
-        sizes = panel.sizes["H"], panel.sizes[control]
-        return cls(panel, control, *(_evenly(size, 2 * fine) for size, fine in zip(sizes, FINE, strict=True)))
+        axes = zip(("H", control), FINE, strict=True)
+        return cls(dataset, control, *(_evenly(dataset.sizes[axis], 2 * fine) for axis, fine in axes))
 
     @property
     def ends(self):
         """The end condition."""
-        return str(self.panel["ends"].values)
+        return str(self.dataset["ends"].values)
 
     @property
     def axes(self):
         """Values of H and of the control."""
-        return self.panel["H"].values[self.rows], self.panel[self.control].values[self.columns]
+        return self.dataset["H"].values[self.rows], self.dataset[self.control].values[self.columns]
 
     @property
     def states(self):
         """Names of the states."""
-        return [str(name) for name in self.panel["state"].values]
+        return [str(name) for name in self.dataset["state"].values]
 
     def read(self, name, state=None):
         """A variable, of one state if it has any, of shape (H, control).
 
         What is read at a time is a band of rows: strides within a compressed file would take longer.
         """
-        variable = self.panel[name] if state is None else self.panel[name].isel(state=state)
+        variable = self.dataset[name] if state is None else self.dataset[name].isel(state=state)
         variable = variable.transpose("H", self.control)
         rows = max(1, BAND_BYTES // (variable.dtype.itemsize * variable.sizes[self.control]))
         bands = []
@@ -187,24 +198,24 @@ class StableSets(NamedTuple):
     unknown: list
 
 
-def stable_sets(grid):
+def stable_sets(panel):
     """The stable states of every point that was computed."""
     found, computed, unfollowed, critical = {}, {}, False, False
-    for name in sorted(grid.states, key=shortest_first):
-        if not is_canonical(name, grid.ends):
+    for name in sorted(panel.states, key=shortest_first):
+        if not is_canonical(name, panel.ends):
             continue
-        number = grid.states.index(name)
-        status = grid.read("status", number)
+        number = panel.states.index(name)
+        status = panel.read("status", number)
         computed[name] = status != Status.NOT_COMPUTED
         unfollowed = unfollowed | (status == Status.NOT_FOLLOWED)
-        verdict = np.where(status == Status.SOLVED, grid.read("stability", number), Stability.NOT_SOLVED)
+        verdict = np.where(status == Status.SOLVED, panel.read("stability", number), Stability.NOT_SOLVED)
         stable, critical = verdict == Stability.STABLE, critical | (verdict == Stability.CRITICAL)
         # A free shape may be stable only between two lines of the grid.
-        if stable.any() or parse_state(name, grid.ends).mode:
+        if stable.any() or parse_state(name, panel.ends).mode:
             found[name] = stable
     known = np.logical_or.reduce(list(computed.values()))
     if not np.any(known):
-        raise StudyError(f"the dataset has no computed point for {grid.ends}; run its study to the end")
+        raise StudyError(f"the dataset has no computed point for {panel.ends}; run its study to the end")
     widest = sorted(found, key=lambda name: -found[name].sum())[:MOST_SETS]
     names = [name for name in found if name in widest]
     unknown = [name for name, there in computed.items() if (known & ~there).any()]
@@ -223,17 +234,17 @@ def _bits(names, planes, known):
     return bits
 
 
-def preferred(grid, sets):
+def preferred(panel, sets):
     """The sets with the state of least potential alone.
 
     It is found again from the states that are there: `preferred_state` is a position along the axis of states
     as it was written, before anything was selected.
     """
-    potential = CONTROLS[grid.control].potential
+    potential = CONTROLS[panel.control].potential
     least, bits = np.full(sets.bits.shape, np.inf), np.zeros_like(sets.bits)
     for k, name in enumerate(sets.names):
         stable = sets.bits >> k & 1 == 1
-        energy = grid.read(potential, grid.states.index(name))
+        energy = panel.read(potential, panel.states.index(name))
         if np.isnan(energy[stable]).any():
             raise StudyError(f"the dataset lacks the {potential} of {name} where it is stable")
         lower = stable & (energy < least)

@@ -29,7 +29,7 @@ FLAT = 0.12
 """Half gap of the drawing, in strip lengths, below which heights are stretched."""
 
 
-class Strip(NamedTuple):
+class Configuration(NamedTuple):
     """One equilibrium: `solution` has a single point."""
 
     solution: object
@@ -124,7 +124,7 @@ def shapes(
     gap = float(dataset["H"].values[nearest_label(dataset, "H", H, units)])
     panel = dataset.isel(ends=known.index(ends)).sel(H=gap)
     points = _points(panel, control, given, list(states or ()), units)
-    strips = [Strip.at(value, gap, state, ends, control) for value, state in points[:MOST_STRIPS]]
+    strips = [Configuration.at(value, gap, state, ends, control) for value, state in points[:MOST_STRIPS]]
     method = "" if method_of(dataset) == "exact" else ", the exact strip in place of the chain"
     where, note = f"H = {units.text('H', gap)}, {ends}{method}", ""
     if len(points) > MOST_STRIPS:
@@ -183,7 +183,7 @@ def _rank(panel, control, solved):
 
 
 def draw(strips, where="", dataset=None, units=NUMBERS):
-    """Draw strips of `Strip.at`, one below the other in two columns, with one scale of forces."""
+    """Draw strips of `Configuration.at`, one below the other in two columns, with one scale of forces."""
     rows = -(-len(strips) // 2)
     stretch = _stretch(strips)
     tall = stretch * max(float(strip.solution.H[0]) for strip in strips)
@@ -297,7 +297,7 @@ def film(
     path = Path(path)
     if path.suffix.lower() != ".gif":
         raise StudyError(f"{path}: a film is written as GIF; use the ending .gif")
-    strips = [Strip.at(*point, control=control) for point in points]
+    strips = [Configuration.at(*point, control=control) for point in points]
     if not strips:
         raise StudyError("a film needs at least one point")
     figure = new_figure((7.0, 3.9))

@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 from matplotlib.image import imread
-from references.make_accuracy import ENDS, SCENES, heights
+from references.make_accuracy import CASES, ENDS, heights
 from references.make_states import reference
 
 from studies.accuracy import measure
+from studies.accuracy.cases import Answer, cases
 from studies.accuracy.chain import ORDERS
-from studies.accuracy.scenes import Answer, scenes
 from studies.command_line import main
 
 
@@ -39,8 +39,8 @@ def test_dataset_tables_and_figures(measured):
         assert (data["seconds"] > 0).any("round").equals(data["error"] > 0)
     assert (folder / "accuracy.md").read_text() == text
     assert "| contact | equilibrium | IPOPT, 400 links |" in text
-    for scene in scenes():
-        assert imread(folder / f"accuracy-{scene}.png").std() > 0.05
+    for case in cases():
+        assert imread(folder / f"accuracy-{case}.png").std() > 0.05
 
 
 def test_errors_are_as_large_as_the_methods_promise(measured):
@@ -69,10 +69,10 @@ def test_errors_are_as_large_as_the_methods_promise(measured):
 
 
 def test_a_wrong_index_is_an_infinite_error():
-    scene = scenes()["contact"]
-    answer = Answer({"equilibrium": 1.0, "index": 1.0}, scene.energy, scene.shortening, scene.index + 1)
-    assert answer.errors(scene)["index"] == np.inf
-    assert answer.errors(scene)["equilibrium"] < 1e-15
+    case = cases()["contact"]
+    answer = Answer({"equilibrium": 1.0, "index": 1.0}, case.energy, case.shortening, case.index + 1)
+    assert answer.errors(case)["index"] == np.inf
+    assert answer.errors(case)["equilibrium"] < 1e-15
 
 
 @pytest.mark.parametrize(
@@ -103,11 +103,11 @@ def test_a_missing_peer_is_skipped_and_refused_only_if_asked_for(tmp_path, monke
 def test_an_interrupted_run_keeps_what_it_measured(tmp_path, monkeypatch):
     calls = []
 
-    def answer(self, scene, answers):
+    def answer(self, case, answers):
         calls.append(self)
         if len(calls) > 6:
             raise KeyboardInterrupt
-        return Answer({"equilibrium": 1e-6}, 1.001 * scene.energy, scene.shortening)
+        return Answer({"equilibrium": 1e-6}, 1.001 * case.energy, case.shortening)
 
     monkeypatch.setattr(measure.Method, "answer", answer)
     result = accuracy("-o", tmp_path, "--method", "exact")
@@ -123,5 +123,5 @@ def test_stored_references_can_be_computed_again():
     from importlib.resources import files
 
     stored = json.loads(files("studies.accuracy").joinpath("references.json").read_text(encoding="utf-8"))
-    for name, (state, P, H) in SCENES.items():
+    for name, (state, P, H) in CASES.items():
         assert stored[name] == reference(state, ENDS, P, H) | {"y": heights(state, P, H)}

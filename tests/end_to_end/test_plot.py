@@ -22,7 +22,7 @@ from elastica.paths.stable import stable_energy
 from studies import Study, StudyError
 from studies.command_line import main
 from studies.plot.branches import branches, jumps
-from studies.plot.shapes import Strip, draw
+from studies.plot.shapes import Configuration, draw
 from studies.plot.style import COLOURS, NONE, OTHERS, colour
 
 CC, PP = "clamped-clamped", "pinned-pinned"
@@ -372,7 +372,7 @@ def arrows(ax):
 )
 def test_a_line_presses_at_both_of_its_ends(state, P, H, ends):
     """Each end with what its own free segment needs: the slope of the bending moment there."""
-    strip = Strip.at(P, H, state, ends)
+    strip = Configuration.at(P, H, state, ends)
     s = strip.solution
     places, forces = np.array(strip.presses).T
     assert places.size == 2 * s.reaction.shape[-1]
@@ -408,7 +408,7 @@ def test_a_film_has_a_frame_for_each_point_of_a_loading_path(tmp_path):
     studies.plot.film(points, tmp_path / "loop.gif")
     with Image.open(tmp_path / "loop.gif") as image:
         assert image.n_frames == 5
-    assert all(Strip.at(*point).stable for point in points)
+    assert all(Configuration.at(*point).stable for point in points)
     with pytest.raises(StudyError, match="no equilibrium"):
         studies.plot.film([(9.9, 0.2, "UDU", CC)], tmp_path / "none.gif")
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from mpmath import mp, mpf
 from references.make_states import WORKING_DIGITS, _text, end_values, equilibrium, integrate_shape, reference
 
-SCENES = {"free": ("B1", 1.2, 0.45), "contact": ("U", 2.5, 0.1)}
+CASES = {"free": ("B1", 1.2, 0.45), "contact": ("U", 2.5, 0.1)}
 ENDS = "clamped-clamped"
 SAMPLES = 21
 OUTPUT = Path(__file__).parents[2] / "studies" / "accuracy" / "references.json"
@@ -36,11 +36,11 @@ def heights(state, P, H):
 
 
 def main():
-    scenes = {
+    cases = {
         name: reference(state, ENDS, P, H) | {"y": heights(state, P, H)}
-        for name, (state, P, H) in SCENES.items()
+        for name, (state, P, H) in CASES.items()
     }
-    OUTPUT.write_text(json.dumps(scenes, indent=1) + "\n", encoding="utf-8")
+    OUTPUT.write_text(json.dumps(cases, indent=1) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

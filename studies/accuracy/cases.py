@@ -19,7 +19,7 @@ SAMPLES = 201
 """Points of a shape; every tenth has a reference."""
 
 
-class Scene(NamedTuple):
+class Case(NamedTuple):
     """A state of a clamped strip with its references; `y` are heights at equidistant arc lengths."""
 
     name: str
@@ -34,7 +34,7 @@ class Scene(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Values of one method for one scene, and the seconds a state that each task took; None: not asked."""
+    """Values of one method for one case, and the seconds a state that each task took; None: not asked."""
 
     seconds: dict
     energy: float
@@ -43,30 +43,30 @@ class Answer(NamedTuple):
     eigenvalue: float | None = None
     y: np.ndarray | None = None
 
-    def errors(self, scene):
+    def errors(self, case):
         """Error of each task that was done; infinite where the index is wrong."""
-        equilibrium = max(abs(self.energy / scene.energy - 1), abs(self.shortening / scene.shortening - 1))
-        right = self.index is None or self.index == scene.index
+        equilibrium = max(abs(self.energy / case.energy - 1), abs(self.shortening / case.shortening - 1))
+        right = self.index is None or self.index == case.index
         found = {"equilibrium": equilibrium, "index": equilibrium if right else np.inf}
         if self.eigenvalue is not None:
-            found["eigenvalue"] = abs(self.eigenvalue / scene.eigenvalue - 1)
+            found["eigenvalue"] = abs(self.eigenvalue / case.eigenvalue - 1)
         if self.y is not None:
-            y = self.y[:: (self.y.size - 1) // (scene.y.size - 1)]
-            found["shape"] = np.abs(np.abs(y) - scene.y).max() / scene.H
+            y = self.y[:: (self.y.size - 1) // (case.y.size - 1)]
+            found["shape"] = np.abs(np.abs(y) - case.y).max() / case.H
         # Below the rounding of the reference itself all are alike.
         return {task: max(float(found[task]), np.finfo(float).eps / 2) for task in self.seconds}
 
 
 @cache
-def scenes():
-    """All scenes by name."""
+def cases():
+    """All cases by name."""
     text = files("studies.accuracy").joinpath("references.json").read_text(encoding="utf-8")
-    return {name: _scene(name, record) for name, record in json.loads(text).items()}
+    return {name: _case(name, record) for name, record in json.loads(text).items()}
 
 
-def _scene(name, record):
+def _case(name, record):
     eigenvalues = np.array(record["eigenvalues"], float)
-    return Scene(
+    return Case(
         name,
         record["state"],
         record["P"],

@@ -9,10 +9,10 @@ import numpy as np
 import scipy
 import xarray as xr
 
+from studies.accuracy.cases import cases
 from studies.accuracy.floor import floor
 from studies.accuracy.measure import dataset
 from studies.accuracy.report import figure, markdown
-from studies.accuracy.scenes import scenes
 from studies.errors import StudyError
 from studies.whole_files import written_whole
 
@@ -54,8 +54,8 @@ class Folder:
         """Write tables and figures; the tables as text."""
         text = markdown(self.data)
         (self.path / "accuracy.md").write_text(text, encoding="utf-8")
-        for scene in scenes():
-            figure(self.data, scene).savefig(self.path / f"accuracy-{scene}.png", dpi=150)
+        for case in cases():
+            figure(self.data, case).savefig(self.path / f"accuracy-{case}.png", dpi=150)
         return text
 
     def write(self, data, name):
