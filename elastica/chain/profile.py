@@ -1,4 +1,7 @@
-"""The bending stiffness EI(s) along a strip, in units of the EI that makes loads dimensionless."""
+"""The bending stiffness EI(s) along a strip, in units of the EI that makes loads dimensionless.
+
+Not here: the stiffness of links (`splitting`).
+"""
 
 from typing import NamedTuple
 

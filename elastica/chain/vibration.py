@@ -8,7 +8,11 @@ the second variation on its constraints, the eigenvalues of M G Mᵀ are 1/ω²;
 as the index.
 
 It assumes what the energy method does: contacts roll and stay. The signs agree with it (Sylvester), the
-values are what an experiment measures.
+values are what an experiment measures. For a constrained elastica: J.-S. Chen and W.-C. Ro, "Vibration
+method in stability analysis of planar constrained elastica", in Advances in Computational Stability
+Analysis, ed. S. B. Coskun, InTech, 2012, doi:10.5772/45806.
+
+Not here: the second variation (`settings`), exact zeros (`spectrum`).
 """
 
 import numpy as np
