@@ -90,6 +90,12 @@ def read_number(name: str, value: Any, unit: str = "") -> float:
     return float(array)
 
 
+def check_count(count: int) -> None:
+    """Raise ValueError if the number of eigenvalues asked for is not a positive whole number."""
+    if not isinstance(count, (int, np.integer)) or count < 1:
+        raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
+
+
 class Points(NamedTuple):
     """Points at which something is asked: two flat arrays of numbers, and how the points are arranged.
 

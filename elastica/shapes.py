@@ -26,6 +26,19 @@ class Shape(NamedTuple):
     y: np.ndarray
 
 
+def arc_lengths(samples):
+    """`samples` equidistant arc lengths from end A to end B.
+
+    Raises
+    ------
+    ValueError
+        If that is not a whole number above 1.
+    """
+    if not isinstance(samples, (int, np.integer)) or samples < 2:
+        raise ValueError(f"samples = {samples!r}; ask for at least two points along the strip")
+    return np.linspace(0, 1, samples)
+
+
 def sample(solution, samples):
     """Points of the strip at equidistant arc lengths from end A to end B.
 
@@ -43,11 +56,9 @@ def sample(solution, samples):
     Raises
     ------
     ValueError
-        If `samples` is not a whole number above 1.
+        As `arc_lengths`.
     """
-    if not isinstance(samples, (int, np.integer)) or samples < 2:
-        raise ValueError(f"samples = {samples!r}; ask for at least two points along the strip")
-    s = np.linspace(0, 1, samples)
+    s = arc_lengths(samples)
     n = solution.status.size
     theta, x, y = np.full((3, n, samples), np.nan)
     exists = np.flatnonzero(np.isin(solution.status, (Status.SOLVED, Status.INADMISSIBLE)).ravel())

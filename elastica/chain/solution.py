@@ -18,7 +18,8 @@ from elastica.chain.settings import SETTINGS
 from elastica.chain.splitting import FEWEST_LINKS, mesh_of
 from elastica.codes import Status
 from elastica.control import CONTROLS
-from elastica.shapes import Shape
+from elastica.inputs import check_count
+from elastica.shapes import Shape, arc_lengths
 from elastica.solution import Solution, blank, unusable
 from elastica.spelling import did_you_mean
 from elastica.stability.spectrum import Conventional
@@ -76,9 +77,7 @@ class ChainSolution(Solution):
 
     def shape(self, samples):
         """Points of the polygon at equidistant arc lengths, angles linear between; see `Solution`."""
-        if not isinstance(samples, (int, np.integer)) or samples < 2:
-            raise ValueError(f"samples = {samples!r}; ask for at least two points along the strip")
-        s = np.linspace(0, 1, samples)
+        s = arc_lengths(samples)
         theta, x, y = np.full((3, self.status.size, samples), np.nan)
         for point, state in self.chains.items():
             line = outline(state)
@@ -106,12 +105,6 @@ class ChainSolution(Solution):
         for point in self._solved():
             values[point] = quantity(self.chains[point], self._setting, count, self._fixes_shortening)
         return values.reshape(*self.status.shape, count)
-
-
-def check_count(count):
-    """Raise ValueError if `count` is not a positive whole number."""
-    if not isinstance(count, (int, np.integer)) or count < 1:
-        raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
 
 
 @single_threaded

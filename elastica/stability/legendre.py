@@ -81,12 +81,6 @@ class Elements(NamedTuple):
         return Elements(*(field[first:last] for field in self[:6]), self.vertex[first : last + 1])
 
 
-def check_count(count):
-    """Raise ValueError if `count` is not a positive whole number."""
-    if not isinstance(count, (int, np.integer)) or count < 1:
-        raise ValueError(f"count = {count!r}; ask for at least one eigenvalue")
-
-
 def chains(solution, count, halved=False, contacts_move=True, terms=None):
     """The solved points of a solution in batches, each with its chain of elements.
 

@@ -13,11 +13,11 @@ from elastica.blas import single_threaded
 from elastica.codes import Status
 from elastica.control import LOAD
 from elastica.equilibria.euler import euler_root
+from elastica.inputs import check_count
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability.legendre import (
     Contact,
     chains,
-    check_count,
     lowest,
     quadratic_forms,
     sliding,

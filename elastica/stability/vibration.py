@@ -15,7 +15,8 @@ import numpy as np
 
 from elastica.blas import single_threaded
 from elastica.control import LOAD
-from elastica.stability.legendre import chains, check_count, lowest, quadratic_forms, sliding, with_zeros
+from elastica.inputs import check_count
+from elastica.stability.legendre import chains, lowest, quadratic_forms, sliding, with_zeros
 
 LARGEST_GROWTH = 9.0
 """−ω² in units of c² stays below this."""
