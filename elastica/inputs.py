@@ -101,13 +101,13 @@ class Points(NamedTuple):
 
     Attributes
     ----------
-    given, H : ndarray, shape (n,)
+    prescribed, H : ndarray, shape (n,)
     shape : tuple of int
     labels : DataArray or None
         Has the dimensions and coordinates of the points, if what was given has.
     """
 
-    given: np.ndarray
+    prescribed: np.ndarray
     H: np.ndarray
     shape: tuple[int, ...]
     labels: Any = None
@@ -166,8 +166,8 @@ def _broadcast_by_name(arrays):
             f"{' and '.join(arrays)}: the answer itself has a dimension {min(taken)!r}; rename that of yours"
         )
     labels = xarray.zeros_like(labels)
-    given, H = ((labels + values).values.ravel() for values in read)
-    return Points(given, H, labels.shape, labels)
+    prescribed, H = ((labels + values).values.ravel() for values in read)
+    return Points(prescribed, H, labels.shape, labels)
 
 
 def is_labelled(value: Any) -> bool:

@@ -13,6 +13,7 @@ from elastica.equilibria.roots import pendulums_of
 from elastica.pendulum.elliptic import integrals, jacobi
 from elastica.pendulum.segments import start_phase, swing_at
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.scene import Scene
 
 WALL = {"U": 1, "D": -1}
 
@@ -83,7 +84,7 @@ def _bent(solution, points, segments, s):
     """θ, x, y at flat indices that share their segments, each of shape (points, samples)."""
     state = solution.state
     p = FOUR_PI_SQUARED * solution.P.ravel()[points]
-    H = solution.H.ravel()[points, None]
+    scene = Scene(solution.ends, solution.H.ravel()[points, None])
     kappa = solution.curvature.ravel()[points]
     lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
     pendulums = pendulums_of(segments, p, kappa, lam)
@@ -105,12 +106,12 @@ def _bent(solution, points, segments, s):
         inside = (s > begin) | (i == 0)
         theta = np.where(inside, side * (-angle if reverse else angle), theta)
         x = np.where(inside, x_begin + (whole - advance if reverse else advance), x)
-        y = np.where(inside, side * (segment.start * H + height), y)
+        y = np.where(inside, side * (scene.height(segment.start) + height), y)
         begin, x_begin = begin + ell, x_begin + whole
         if i < len(walls):
             lies = s > begin
             x = np.where(lies, x_begin + s - begin, x)
-            y = np.where(lies, walls[i] * H, y)
+            y = np.where(lies, scene.height(walls[i]), y)
             theta = np.where(lies, 0.0, theta)
             begin, x_begin = begin + flat, x_begin + flat
     return theta, x, y
