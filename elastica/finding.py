@@ -1,6 +1,6 @@
 """All states that exist at a point: every name up to a number of contacts, every root, in one search.
 
-Not here: names themselves (`states`), the search along κ (`sweep`, `equilibrium`).
+Not here: names themselves (`state`), how the roots of one name are found (`equilibria`).
 """
 
 from dataclasses import dataclass
@@ -14,6 +14,7 @@ from elastica.ends import Ends, parse_ends
 from elastica.equilibria.roots import CHUNK
 from elastica.exact import equilibria_at, solve
 from elastica.inputs import broadcast
+from elastica.labelled import labels_of_rows
 from elastica.properties import QUANTITIES, Quantities, documented
 from elastica.rows import Rows, failures
 from elastica.scene import Scene
@@ -115,7 +116,7 @@ def find_states(
     ends = parse_ends(ends)
     names = states(ends, max_contacts)
     control, values = read_control(P, shortening)
-    prescribed, H, shape, labels = broadcast(**{control.name: values, "H": H})
+    prescribed, H, _, labels = broadcast(**{control.name: values, "H": H})
     scene = Scene(ends, H)
     reasons = unusable(scene, control, prescribed)
     good = np.setdiff1d(np.arange(prescribed.size), list(reasons))
@@ -137,15 +138,6 @@ def find_states(
     order = np.lexsort((columns[control.potential], point))
     columns = {name: values[order] for name, values in columns.items()}
     point = point[order]
-    named = {}
-    if labels is not None and labels.dims:
-        along = np.unravel_index(point, shape)
-        named = {dim: labels[dim].values[at] for dim, at in zip(labels.dims, along, strict=True)}
-    for name in set(named) & set(columns):
-        # What is the load or gap itself says nothing new, another label of that name something else.
-        label = named.pop(name)
-        if not np.array_equal(label, columns[name]):
-            named[f"{name}_label"] = label
     return FoundStates(
         ends,
         control.name,
@@ -154,7 +146,7 @@ def find_states(
         **columns,
         reasons=reasons,
         not_followed={at: tuple(names) for at, names in sorted(lost.items())},
-        labels=named,
+        labels={} if labels is None else labels_of_rows(labels, point, columns),
     )
 
 

@@ -76,6 +76,33 @@ class LabelledSolution(Solution):
         return Shape(s, *labelled)
 
 
+def labels_of_rows(labels, point, columns):
+    """Labels of the points that rows belong to, by dimension.
+
+    Parameters
+    ----------
+    labels : DataArray
+        Has the dimensions and coordinates of the points.
+    point : ndarray of int, shape (rows,)
+        Flat indices.
+    columns : dict of str to ndarray
+        What the rows say already.
+
+    Returns
+    -------
+    dict of str to ndarray, shape (rows,)
+        Of a dimension that has the name of a column and other values, as ``P_label``.
+    """
+    along = np.unravel_index(point, labels.shape) if labels.dims else ()
+    named = {dim: labels[dim].values[at] for dim, at in zip(labels.dims, along, strict=True)}
+    for name in [dim for dim in labels.dims if dim in columns]:
+        # What is the load or gap itself says nothing new, another label of that name something else.
+        label = named.pop(name)
+        if not np.array_equal(label, columns[name]):
+            named[f"{name}_label"] = label
+    return named
+
+
 def _label(labels, name, values, extra="", along=None):
     """Values as a DataArray, with one dimension more if it has a name; its labels count from 1."""
     coords, dims = dict(labels.coords), labels.dims

@@ -6,7 +6,7 @@ Not here: how the state is found (`exact`, `chain`).
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -158,14 +158,9 @@ def unfollowed(state, scene, control, prescribed):
 
 def shaped(solution, shape):
     """A solution of n points in an array of points."""
-    arrays = {f.name: getattr(solution, f.name) for f in fields(solution)}
+    arrays = {name: getattr(solution, name) for name in QUANTITIES}
     return replace(
-        solution,
-        **{
-            name: array.reshape(shape + array.shape[1:])
-            for name, array in arrays.items()
-            if isinstance(array, np.ndarray)
-        },
+        solution, **{name: array.reshape(shape + array.shape[1:]) for name, array in arrays.items()}
     )
 
 
