@@ -35,6 +35,10 @@ class Scene(NamedTuple):
         """The scene at some of the points."""
         return self._replace(H=self.H[where])
 
+    def scaled(self, factor):
+        """The scene with all its lengths times a factor (n,)."""
+        return self._replace(H=self.H * factor)
+
     def towards(self, other, share):
         """The scene at a share (n,) of the way on which the walls move to those of another."""
         return self._replace(H=self.H + share * (other.H - self.H))

@@ -97,7 +97,7 @@ class LengthTable:
     def _interpolate(self, segment):
         """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
         root_p = np.sqrt(self.p)
-        scaled = self.scene._replace(H=self.scene.H * root_p)
+        scaled = self.scene.scaled(root_p)
         lam, length, D = _at_unit_load(segment)(scaled.H)
         past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
         past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
