@@ -99,8 +99,7 @@ def run(
         if cluster:
             connect = partial(queued_cluster, cluster, workers, folder_of(output))
         policy = Policy(workers, connect, shard, on_error == "raise", max_failures, time_limit, force_unlock)
-        borrowed = borrow(reuse, study) if reuse else None
-        failed = compute(Plan.of(study, reuse=borrowed), output, policy)
+        failed = compute(Plan.of(study, reuse=borrow(reuse, study)), output, policy)
     except (KeyboardInterrupt, SystemExit):
         note(
             f"stopped; what is computed is kept in {folder_of(output)} and the same command "
@@ -148,7 +147,7 @@ def reduce(ctx, study, output, reuse, force_unlock):
     study = Study.from_toml(study)
     output = output or Path(f"{study.name}.nc")
     if not is_done(study, output):
-        join(Plan.of(study, reuse=borrow(reuse, study) if reuse else None), output, force_unlock)
+        join(Plan.of(study, reuse=borrow(reuse, study)), output, force_unlock)
     _summarise(ctx, output)
 
 

@@ -9,7 +9,7 @@ Not here: what the work costs (`costs`), where a refined study computes (`refine
 from dataclasses import dataclass
 from itertools import islice
 from math import ceil
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,6 +38,29 @@ SMALL = 6.0
 WARN_BYTES = 1_000_000_000
 
 
+class Reusable(NamedTuple):
+    """What finished datasets hold of a study: points that need not be computed.
+
+    Attributes
+    ----------
+    sources : tuple of studies.store.sources.Source
+    held : ndarray of bool, shape (ends, H, prescribed), or None
+        Grid points that they hold, if not every state there; None for none.
+    searched : frozenset of str
+        States that were asked for in every one of them.
+    about : dict
+        What the dataset says of them, as attributes.
+    """
+
+    sources: tuple
+    held: np.ndarray | None
+    searched: frozenset
+    about: dict
+
+
+NOTHING = Reusable((), None, frozenset(), {})
+
+
 @dataclass(frozen=True)
 class Plan:
     """A study cut into blocks; a refined one into those that are to be computed next.
@@ -59,8 +82,7 @@ class Plan:
         Expected work on one core.
     longest : float
         That of the longest block.
-    reuse : Reusable or None
-        What finished datasets hold; these points are in no block.
+    reuse : Reusable
     block_points : int or None
         Grid points of a block, if they are prescribed.
     """
@@ -73,11 +95,11 @@ class Plan:
     bytes: int
     seconds: float
     longest: float
-    reuse: Any = None
+    reuse: Reusable = NOTHING
     block_points: int | None = None
 
     @classmethod
-    def of(cls, study: Request, block_points: int | None = None, reuse: Any = None) -> "Plan":
+    def of(cls, study: Request, block_points: int | None = None, reuse: Reusable = NOTHING) -> "Plan":
         """Plan a study.
 
         Parameters
@@ -86,7 +108,7 @@ class Plan:
         block_points : int, optional
             Grid points of a block.
         reuse : Reusable, optional
-            What finished datasets hold; these points are in no block.
+            Its points are in no block.
 
         Raises
         ------
@@ -97,7 +119,7 @@ class Plan:
 
         def cut(number, size):
             # Of a study that is computed whole no point is looked at: a plan costs what its blocks do.
-            wanted = None if reuse is None else ~reuse.held[number]
+            wanted = None if reuse.held is None else ~reuse.held[number]
             if grid.refine is None:
                 return _rectangular(grid, number, wanted, size)
             return _scattered(grid, number, _first_places(grid, wanted), size)
@@ -119,7 +141,7 @@ class Plan:
         return cls._of_points(study, study.task._replace(names=names), cut, block_points)
 
     @classmethod
-    def _of_points(cls, study, task, cut, block_points, reuse=None):
+    def _of_points(cls, study, task, cut, block_points, reuse=NOTHING):
         grid = study.grid
         costs = {ends: costs_of(task, ends, grid.control) for ends in grid.ends}
         per_point = bytes_of(study, task, points=1)

@@ -76,9 +76,9 @@ def run(
     """
     out = Path(out or f"{study.name}.nc")
     if not is_settled(study, out):
-        borrowed = borrow(Path(reuse), study) if reuse else None
+        plan = Plan.of(study, block_points, borrow(Path(reuse) if reuse else None, study))
         cluster = None if client is None else partial(nullcontext, client)
-        compute(Plan.of(study, block_points, borrowed), out, Policy(workers, cluster, **policy))
+        compute(plan, out, Policy(workers, cluster, **policy))
     return open(out)
 
 
@@ -168,15 +168,14 @@ def _finish(plan, shards, out, session):
     """Write the dataset, and only then remove the shards."""
     study = plan.study
     try:
-        sources = [*(plan.reuse.sources if plan.reuse else ()), *_sources(plan, shards)]
+        sources = [*plan.reuse.sources, *_sources(plan, shards)]
         surveyed = survey(sources, study.grid)
-        if plan.reuse:
+        if plan.reuse.sources:
             rest = _compute_missing(plan, surveyed.names, session)
             sources += rest
             surveyed |= survey(rest, study.grid)
-        about = plan.reuse.about if plan.reuse else {}
         events = _find_events(plan, joined_labels(study, surveyed), session)
-        reduce(study, sources, surveyed, out, describe(study) | about, events)
+        reduce(study, sources, surveyed, out, describe(study) | plan.reuse.about, events)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(
@@ -203,7 +202,7 @@ def _compute_missing(plan, found, session):
 
 def _refuse_older(plan, what):
     """Nothing is computed for datasets of numerics that are not ours."""
-    then = plan.reuse.about.get("numerics_version", NUMERICS_VERSION) if plan.reuse else NUMERICS_VERSION
+    then = plan.reuse.about.get("numerics_version", NUMERICS_VERSION)
     if then != NUMERICS_VERSION:
         raise StudyError(
             f"these datasets are by version {then} of the numerics, which version {NUMERICS_VERSION} cannot "
@@ -231,7 +230,7 @@ def _rounds(plan, shards_of):
     if plan.study.grid.refine is None:
         return shards
     stable = StableStates(plan.study.grid)
-    for source in plan.reuse.sources if plan.reuse else ():
+    for source in plan.reuse.sources:
         stable.learn(source)
     while True:
         for source in _sources(plan, new):

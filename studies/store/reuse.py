@@ -13,6 +13,7 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.state import is_canonical
+from studies.design.plan import NOTHING, Reusable
 from studies.design.request import NUMERICS_VERSION
 from studies.design.study import Study
 from studies.errors import StudyError
@@ -67,26 +68,6 @@ def read_finished(path):
     return Finished(study, source, states, attributes)
 
 
-class Reusable(NamedTuple):
-    """Points that need not be computed.
-
-    Attributes
-    ----------
-    sources : tuple of Source
-    held : ndarray of bool, shape (ends, H, prescribed)
-        Grid points that they hold, if not every state there.
-    searched : frozenset of str
-        States that were asked for in every one of them.
-    about : dict
-        What the dataset says of them, as attributes.
-    """
-
-    sources: tuple
-    held: np.ndarray
-    searched: frozenset
-    about: dict
-
-
 def reusable(files, grid, about):
     """What finished datasets hold of a grid."""
     sources = tuple(file.source for file in files)
@@ -100,13 +81,25 @@ def _searched(file):
 
 
 def borrow(path, study):
-    """What a finished dataset holds of a study; None, and a line to the user, if that lacks outputs.
+    """What a finished dataset holds of a study; nothing, and a line to the user, if it lacks outputs.
+
+    Parameters
+    ----------
+    path : Path or None
+        None for no dataset.
+    study : Study
+
+    Returns
+    -------
+    Reusable
 
     Raises
     ------
     StudyError
         If its values are not those that the study would have.
     """
+    if path is None:
+        return NOTHING
     file = read_finished(path)
     refuse_unlike(study, NUMERICS_VERSION, file)
     old, new = file.study.outputs, study.outputs
@@ -115,10 +108,10 @@ def borrow(path, study):
         lacking.append("shapes")
     if lacking:
         note(f"{path}: {' and '.join(lacking)} of the study are not there, so all its points are computed")
-        return None
+        return NOTHING
     if file.study.task.every_root != study.task.every_root:
         note(f"{path}: max_contacts searches, names do not; so all points of the study are computed")
-        return None
+        return NOTHING
     about = {
         "reused": file.attributes["study_id"],
         "reused_versions": str(file.attributes.get("library_versions", "unknown")),

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from studies import Study, StudyError
+from studies.design.plan import Reusable
 from studies.design.refinement import first_points
 from studies.schema import canonical
-from studies.store.reuse import Reusable
 
 GOOD = {
     "study": {"name": "small"},
