@@ -114,10 +114,10 @@ def test_an_exception_costs_its_point_and_is_recorded(study, tmp_path, monkeypat
 
     original = evaluate.search
 
-    def poisoned(names, ends, control, P, H):
-        if "U" in names and str(ends) == "clamped-pinned" and ((P == 0.2) & (H == 0.12)).any():
+    def poisoned(names, scene, control, P):
+        if "U" in names and str(scene.ends) == "clamped-pinned" and ((P == 0.2) & (scene.H == 0.12)).any():
             raise ZeroDivisionError("poison")
-        return original(names, ends, control, P, H)
+        return original(names, scene, control, P)
 
     monkeypatch.setattr(evaluate, "search", poisoned)
     with studies.run(study, out=tmp_path / "small.nc", workers=0) as dataset:

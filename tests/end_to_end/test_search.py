@@ -104,10 +104,10 @@ def test_check_searches_again_and_misses_a_root_that_was_taken_out(study, roots_
 def test_a_poisoned_word_fails_alone_and_only_at_its_point(study, dataset, tmp_path, monkeypatch):
     original = evaluate.search
 
-    def poisoned(names, ends, control, P, H):
-        if "UD" in names and str(ends) == "clamped-clamped" and ((P == 7.0) & (H == 0.1)).any():
+    def poisoned(names, scene, control, P):
+        if "UD" in names and str(scene.ends) == "clamped-clamped" and ((P == 7.0) & (scene.H == 0.1)).any():
             raise ZeroDivisionError("poison")
-        return original(names, ends, control, P, H)
+        return original(names, scene, control, P)
 
     monkeypatch.setattr(evaluate, "search", poisoned)
     with studies.run(study, out=tmp_path / "roots.nc", workers=0) as hurt:

@@ -33,10 +33,10 @@ def fail():
 DEATHS = {"crash": crash, "hang": hang, "leave": leave, "raise": fail}
 
 
-def poisoned(names, ends, control, given, gaps):
+def poisoned(names, scene, control, prescribed):
     if "U" in names:
-        harm(ends, given, gaps)
-    return SEARCH(names, ends, control, given, gaps)
+        harm(scene.ends, prescribed, scene.H)
+    return SEARCH(names, scene, control, prescribed)
 
 
 def poisoned_alone(name, **point):
