@@ -4,7 +4,7 @@ Words that alternate have one root without extra periods (`alternating`); a swee
 root of a word (`sweep`). In the line regime each segment has one shape (`line`); free buckling is apart
 (`buckled`).
 
-Not here: names (`states`), admissibility, stability.
+Not here: names (`state`), admissibility, stability.
 """
 
 from typing import NamedTuple

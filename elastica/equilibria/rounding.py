@@ -1,7 +1,7 @@
 """How far rounding can have moved a solution: a first-order bound, carried along with every state.
 
 Not here: errors of the model (friction, thickness, self-contact) and wrong branches, which are excluded
-by construction (`equilibrium`).
+by construction (`newton`).
 """
 
 from typing import NamedTuple
