@@ -1,13 +1,17 @@
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 
 # Python loads them in processes that are to crash or to be watched, and only there.
 collect_ignore = ["poison", "witness"]
+# There are no doctests in them, and modules of one name cannot be collected together.
+collect_ignore_glob = ["*conftest.py"]
 
-settings.register_profile("default", deadline=None, max_examples=40, derandomize=True)
-settings.register_profile("full", deadline=None, max_examples=1000)
+# A law counts over all its examples what it compared, in one fixture.
+COUNTED = {"deadline": None, "suppress_health_check": [HealthCheck.function_scoped_fixture]}
+settings.register_profile("default", max_examples=40, derandomize=True, **COUNTED)
+settings.register_profile("full", max_examples=1000, **COUNTED)
 settings.load_profile("default")
 
 
