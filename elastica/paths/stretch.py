@@ -6,7 +6,6 @@ along the curve, so that each of its values belongs to one point.
 Not here: what comes after the ends (`quasistatic`).
 """
 
-from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,7 +16,7 @@ from elastica.control import SHORTENING
 from elastica.equilibria.branch import Points
 from elastica.equilibria.buckled import free_branch
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.periods import Group
+from elastica.equilibria.periods import groups
 from elastica.paths.curve import Curve
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.solving import solve
@@ -146,13 +145,13 @@ def just_buckled(scene):
     Solution, shape (1,)
     """
     state, euler = parse_state("B1", scene.ends), float(euler_root(1, scene.ends))
-    segments = Counter(state.segments(scene.ends))
-    (kind,) = (segment.kind for segment in segments)
+    (group,) = groups(state, scene.ends, 0)
+    (kind,) = (segment.kind for segment in group.segments)
     # Where it touches a wall κ/√p is more than 2H.
     k, p = scene.H / 2, np.array([euler**2])
     lam = (free_branch(kind, euler).ratio[0] * k * p)[None]
     known = np.zeros(1, int), k, Points(np.ones(1, bool), k, p, lam), {}
-    return Curve(state, scene, SHORTENING, Group(segments, ((0,),)), *known).at(k, known[0])[0]
+    return Curve(state, scene, SHORTENING, group, *known).at(k, known[0])[0]
 
 
 def _holds(solution):

@@ -3,15 +3,13 @@
 Not here: what happens on them (`curve`); the branches of the point regime (`equilibria.tracing`).
 """
 
-from collections import Counter
-
 import numpy as np
 
 from elastica.codes import Event
 from elastica.equilibria.branch import Points, steepest_angle
 from elastica.equilibria.buckled import free_branch, periodic
 from elastica.equilibria.euler import euler_root
-from elastica.equilibria.periods import Group, groups, most_periods
+from elastica.equilibria.periods import groups, most_periods
 from elastica.equilibria.shortening_control import MOST_PERIODS
 from elastica.equilibria.tracing import Loads
 from elastica.paths.curve import Curve, FreeCurve, LineCurve, LoopCurve
@@ -106,7 +104,8 @@ def _line_points(loads, segments):
 
 def _free(state, scene, control, P_max):
     """The curve of a free shape, which the walls do not bend."""
-    ((kind, *_),) = plain = state.segments(scene.ends)
+    (group,) = groups(state, scene.ends, 0)
+    (kind,) = (segment.kind for segment in group.segments)
     branch = free_branch(kind, float(euler_root(state.mode, scene.ends)))
     k, H = branch.k, scene.H
     # A strip with κ/√p < H touches no wall.
@@ -117,7 +116,7 @@ def _free(state, scene, control, P_max):
         loops = np.broadcast_to(np.arange(LOOP, longest + 1), (H.size, int(longest + 1 - LOOP) + 1))
         nodes = np.concatenate([-np.log1p(-(nodes**2) / 4), loops], axis=1)
     gap, node = (grid.ravel() for grid in np.indices(nodes.shape))
-    known = state, scene, control, Group(Counter(plain), ((0,),)), gap, nodes.ravel()
+    known = state, scene, control, group, gap, nodes.ravel()
     if periodic(kind):
         return LoopCurve(*known, None, {})
     node = np.maximum(node, 1)

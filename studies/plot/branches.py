@@ -119,7 +119,7 @@ def branches(panel, control):
 
 
 def _followed(name, scene, loads, curves):
-    """Pieces of a state, followed from the middle of each run of grid points with one verdict.
+    """Pieces of a state, followed from points of each run of the grid with one verdict.
 
     Those that lie on a curve which was followed already are left out, others added to these.
     """
@@ -127,7 +127,7 @@ def _followed(name, scene, loads, curves):
     verdicts = _verdicts(grid)
     pieces = []
     for run in _runs(np.hstack([verdicts, grid.periods])):
-        solved, index, stability = verdict = verdicts[run[0]]
+        solved, index, _ = verdict = verdicts[run[0]]
         if not solved:
             continue
         if index >= MOST_INDEX:
@@ -136,30 +136,37 @@ def _followed(name, scene, loads, curves):
                 solved = _by_load(name, scene, values)
                 pieces.append(Piece(name, MOST_INDEX, int(Stability.UNSTABLE), (None, None), values, solved))
             continue
-        curve = curve_through(grid, LOAD, run[run.size // 2])
-        if any(other.passes(curve) for other in curves):
-            continue
 
         def holds(solution, verdict=verdict):
             within = (solution.P >= loads[0]) & (solution.P <= loads[-1])
             return within & (_verdicts(solution) == verdict).all(axis=1)
 
-        curve, _ = curve.followed(holds, SHARP)
-        if curve.t.size < 2:
-            continue
-        curves.append(curve)
-        along, _ = curve.at(curve.t, np.arange(curve.t.size))
-        events = tuple(
-            None if np.isclose(along.P[edge], loads[[0, -1]], SAME, 0).any() else event_at(along)[edge]
-            for edge in (0, -1)
-        )
-
-        def solved(at, curve=curve):
-            return curve.at(curve.t[[at]], np.array([at]))[0], 0
-
-        values = _values(along, slice(None))
-        pieces.append(Piece(name, int(index), int(stability), events, values, solved))
+        # The roots of a name lie on one curve as a rule, but where another root begins before it.
+        for at in run[[run.size // 2, 0, -1]]:
+            curve = curve_through(grid, LOAD, at)
+            if any(other.passes(curve) for other in curves):
+                continue
+            curve, _ = curve.followed(holds, SHARP)
+            curves.append(curve)
+            if curve.t.size > 1:
+                pieces.append(_piece(name, curve, loads))
     return pieces
+
+
+def _piece(name, curve, loads):
+    """The piece that a followed curve is, in order of the load."""
+    along, _ = curve.at(curve.t, np.arange(curve.t.size))
+    order = np.arange(curve.t.size)[:: 1 if along.P[0] < along.P[-1] else -1]
+    edges = order[[0, -1]]
+    at_last = np.isclose(along.P[edges, None], loads[[0, -1]], SAME, 0).any(axis=1)
+    events = tuple(np.where(at_last, None, event_at(along)[edges]))
+    middle = order[order.size // 2]
+
+    def solved(at):
+        return along, order[at]
+
+    verdict = int(along.index[middle]), int(along.stability[middle])
+    return Piece(name, *verdict, events, _values(along, order), solved)
 
 
 def _values(solution, at):
