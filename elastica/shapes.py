@@ -10,12 +10,9 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.equilibria.roots import pendulums_of
-from elastica.pendulum.elliptic import integrals, jacobi
-from elastica.pendulum.segments import start_phase, swing_at
+from elastica.pendulum.swing import course
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
-
-WALL = {"U": 1, "D": -1}
 
 
 class Shape(NamedTuple):
@@ -89,7 +86,7 @@ def _bent(solution, points, segments, s):
     lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
     pendulums = pendulums_of(segments, p, kappa, lam)
     flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
-    walls = [WALL[letter] for letter in state.word]
+    walls = state.walls
     reverses = state.reversed_segments(solution.ends)
     theta, y = np.zeros((2, points.size, s.size))
     x = np.zeros_like(y)
@@ -100,8 +97,8 @@ def _bent(solution, points, segments, s):
         ell = lengths[i][:, None]
         side = 1 if not walls else walls[min(i, len(walls) - 1)]
         along = np.clip(s - begin, 0, ell)
-        angle, advance, height = _segment(segment.kind, q, ell - along if reverse else along)
-        whole = _segment(segment.kind, q, ell)[1]
+        angle, advance, height = course(segment.kind, q, ell - along if reverse else along)
+        whole = course(segment.kind, q, ell)[1]
         # Later segments overwrite, so that the last sample belongs to the last one despite rounding.
         inside = (s > begin) | (i == 0)
         theta = np.where(inside, side * (-angle if reverse else angle), theta)
@@ -115,23 +112,3 @@ def _bent(solution, points, segments, s):
             theta = np.where(lies, 0.0, theta)
             begin, x_begin = begin + flat, x_begin + flat
     return theta, x, y
-
-
-def _segment(kind, q, along):
-    """θ, advance in x and rise at arc lengths `along` (n, samples) from the start of a segment."""
-    m, m1, r, F, K, DK = (field[:, None] for field in (q.m, q.m1, q.r, q.F, q.K, q.DK))
-    sin_alpha, cos_alpha = (force[:, None] / F for force in (q.lam, q.p))
-    start = start_phase(kind, q)[:, None]
-
-    def phase(u):
-        """Functions sn and cn and D(am u|m)."""
-        sn, cn, turns = jacobi(u, K, m)
-        D = integrals(m1, sn * (1 - 2 * (turns % 2)), np.abs(cn))[3]
-        return sn, cn, 2 * turns * DK + D
-
-    _, cn_start, D_start = phase(start)
-    sn, cn, D = phase(start + r * along)
-    bent = 2 * r * np.sqrt(m) * (cn_start - cn) / F
-    stretch = along - 2 * m * (D - D_start) / r
-    theta = q.alpha[:, None] + swing_at(q, sn, cn)
-    return theta, cos_alpha * stretch - sin_alpha * bent, cos_alpha * bent + sin_alpha * stretch

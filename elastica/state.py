@@ -57,6 +57,8 @@ GRAMMAR = re.compile(
 MOST_CONTACTS, MOST_ENUMERATED = 50, 10
 DASHES = "_−–—"
 """Typed or pasted where a hyphen was meant."""
+WALL = {"U": 1, "D": -1}
+"""The upper wall and the lower."""
 IN_WORDS = {"straight": "0", "flat": "0", "o": "0", "buckled": "B1", "upper": "U", "lower": "D", "line": "U-"}
 """What some would call a state, by what is asked whether they mean it."""
 
@@ -88,6 +90,11 @@ class State(NamedTuple):
     def straight(self):
         """Whether this is the straight strip."""
         return not self.mode and not self.word
+
+    @property
+    def walls(self):
+        """The wall of each contact from end A to end B: 1 for the upper, −1 for the lower."""
+        return [WALL[letter] for letter in self.word]
 
     def segments(self, ends, periods=None):
         """Free segments from end A to end B, each in its rising convention.

@@ -20,7 +20,7 @@ import numpy as np
 from elastica.chain.equilibrium import Equilibrium, NoEquilibrium, equilibrium
 from elastica.chain.splitting import Contacts, split
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.shapes import WALL, angles
+from elastica.shapes import angles
 
 SMALLEST_STEP = 1 / 512
 FIRST_STEP = 1 / 4
@@ -33,7 +33,7 @@ LARGEST_MOVE = 0.1
 def contacts_of(state, ends):
     """What a state of a uniform strip touches: clamps next to lines rest."""
     resting = tuple(state.line and end.clamped for end in ends)
-    return Contacts(tuple(WALL[letter] for letter in state.word), state.line, resting)
+    return Contacts(tuple(state.walls), state.line, resting)
 
 
 def lam_signs(exact):
@@ -41,7 +41,7 @@ def lam_signs(exact):
 
     The straight strip has one segment here, as all chains have.
     """
-    walls = [WALL[letter] for letter in exact.state.word]
+    walls = exact.state.walls
     sides = np.array([*walls, walls[-1]] if walls else [1])
     return np.where(exact.state.reversed_segments(exact.ends), -sides, sides)
 

@@ -52,14 +52,14 @@ class Kind(NamedTuple):
     @property
     def second(self):
         """Multiple of F(φ₀|m) and E(φ₀|m) in ΔF and ΔE; also (κ_start − κ_end)/κ, springs apart."""
-        end = _sign(self.end) if np.isinf(self.end_spring) else 0
-        return end - (_sign(self.start) if np.isinf(self.start_spring) else 0)
+        end = crossing_sign(self.end) if np.isinf(self.end_spring) else 0
+        return end - (crossing_sign(self.start) if np.isinf(self.start_spring) else 0)
 
     @property
     def springs(self):
         """Springs c at the ends, each with its sign σ."""
-        start = [(self.start_spring, -_sign(self.start))] if np.isfinite(self.start_spring) else []
-        return start + ([(self.end_spring, _sign(self.end))] if np.isfinite(self.end_spring) else [])
+        start = [(self.start_spring, -crossing_sign(self.start))] if np.isfinite(self.start_spring) else []
+        return start + ([(self.end_spring, crossing_sign(self.end))] if np.isfinite(self.end_spring) else [])
 
     @property
     def turning_points(self):
@@ -78,7 +78,7 @@ class Kind(NamedTuple):
         return self._replace(start=self.start - 2 * periods)
 
 
-def _sign(k):
+def crossing_sign(k):
     """−1, +1 or 0: coefficient of φ₀ in the phase at k."""
     if k != int(k):
         return 0
@@ -205,19 +205,6 @@ def arc(kind, q):
         F, D = F - end.F, D - end.D
         jump = jump + 2 * end.sigma * q.r * np.sqrt(q.m) * end.cos
     return Arc(kind, q, F, D, jump, spring_ends)
-
-
-def start_phase(kind, q):
-    """F(φ|m) at the start of a segment, so that sin(ψ/2) = √m sn(start_phase + √F s | m) along it."""
-    if np.isfinite(kind.start_spring):
-        return 2 * float(kind.start) * q.K + spring_end(*kind.springs[0], q).F
-    return 2 * float(kind.start) * q.K + _sign(kind.start) * q.f
-
-
-def swing_at(q, sn, cn):
-    """Angle ψ = θ − α where the Jacobi functions have the values `sn`, `cn` (n, samples)."""
-    m, m1 = q.m[:, None], q.m1[:, None]
-    return 2 * np.arctan2(np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn))
 
 
 def length(segment):

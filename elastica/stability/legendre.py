@@ -1,4 +1,4 @@
-"""The strip as a chain of Legendre elements: quadratic forms of the rotation field φ and its constraints.
+"""The strip in Legendre elements: quadratic forms of the rotation field φ and its constraints.
 
 Each free segment is one element with the two linear vertex functions and integrated Legendre polynomials
 as bubbles; these are orthonormal in ∫φ'g', so the stiffness of an element is
@@ -27,10 +27,9 @@ from scipy.special import ellipkm1
 from elastica.codes import Status
 from elastica.control import LOAD
 from elastica.equilibria.roots import pendulums_of
-from elastica.pendulum.elliptic import jacobi
-from elastica.pendulum.segments import TINY, Kind, Pendulum, start_phase, swing_at
+from elastica.pendulum.segments import TINY, Kind, Pendulum
+from elastica.pendulum.swing import start_phase, swing
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.shapes import WALL
 from elastica.stability.quadrature import reference_element, running_integral
 from elastica.state import Segment
 
@@ -53,19 +52,19 @@ AT_REST = 1e-100
 """Thrust in place of none: the straight strip is the pendulum at rest, whose F must not vanish."""
 
 
-class Contact(NamedTuple):
-    """A vertex that may rotate: the coefficient of φ² in Q is reaction/curvature, arrays (n,)."""
+class Vertex(NamedTuple):
+    """A contact or an end that may rotate: the coefficient of φ² in Q is reaction/curvature, arrays (n,)."""
 
     reaction: np.ndarray
     kappa: np.ndarray
 
 
 class Elements(NamedTuple):
-    """A chain of free segments: (n,) arrays in lists, one entry a segment, and the vertex conditions.
+    """The free segments from A to B: (n,) arrays in lists, one entry a segment, and the vertex conditions.
 
     `sides` is −1 for mirrored segments, `flats` the length that lies flat in front of each.
-    `vertex[i]` belongs to the start of segment i, the last one to the end of the chain: None where
-    φ = 0, otherwise a `Contact`; pinned ends have no reaction.
+    `vertex[i]` belongs to the start of segment i, the last one to end B: None where
+    φ = 0, otherwise a `Vertex`; pinned ends have no reaction.
     """
 
     kinds: list
@@ -81,8 +80,8 @@ class Elements(NamedTuple):
         return Elements(*(field[first:last] for field in self[:6]), self.vertex[first : last + 1])
 
 
-def chains(solution, count, halved=False, contacts_move=True, terms=None):
-    """The solved points of a solution in batches, each with its chain of elements.
+def batches(solution, count, halved=False, contacts_move=True, terms=None):
+    """The solved points of a solution in batches, each with its elements.
 
     Parameters
     ----------
@@ -133,7 +132,9 @@ def chains(solution, count, halved=False, contacts_move=True, terms=None):
             batch = max(1, BATCH_ENTRIES // (number * len(segments)) ** 2)
             for some in np.split(group, range(batch, group.size, batch)):
                 own = [Pendulum(*(field[some] for field in q)) for q in pendulums]
-                elements = _chain(solution, segments, contacts_move, own, *(field[some] for field in fields))
+                elements = _elements(
+                    solution, segments, contacts_move, own, *(field[some] for field in fields)
+                )
                 yield points[some], segments, elements, int(number) + waves
 
 
@@ -152,17 +153,17 @@ def _terms(pendulums, lengths, straight):
     return np.where(longest <= (STRAIGHT_PHASE if straight else LONGEST_PHASE), terms, 0).astype(int)
 
 
-def _chain(solution, segments, contacts_move, pendulums, p, kappa, flat_length, lam, lengths):
+def _elements(solution, segments, contacts_move, pendulums, p, kappa, flat_length, lam, lengths):
     """The elements of a batch of points that share their segments."""
     state, ends = solution.state, solution.ends
-    edge = [None if end.clamped else Contact(np.full_like(p, end.stiffness), np.ones_like(p)) for end in ends]
+    edge = [None if end.clamped else Vertex(np.full_like(p, end.stiffness), np.ones_like(p)) for end in ends]
     if state.line:
         contacts = [None for _ in state.word]
     elif contacts_move:
-        contacts = [Contact(a + b, kappa) for a, b in pairwise(lam.T)]
+        contacts = [Vertex(a + b, kappa) for a, b in pairwise(lam.T)]
     else:
-        contacts = [Contact(np.zeros_like(p), np.ones_like(p)) for _ in state.word]
-    walls = [WALL[letter] for letter in state.word]
+        contacts = [Vertex(np.zeros_like(p), np.ones_like(p)) for _ in state.word]
+    walls = state.walls
     sides = [*walls, walls[-1]] if walls else [1]
     flat = flat_length / max(len(walls), 1)
     return Elements(
@@ -310,8 +311,7 @@ def _profile(elements, i, terms):
     """Thrust p cos θ + λ sin θ along a segment and θ at the quadrature points, from its end next to A."""
     kind, q = elements.kinds[i], elements.pendulums[i]
     u = start_phase(kind, q)[:, None] + (q.r * elements.lengths[i])[:, None] * reference_element(terms)[0]
-    sn, cn, _ = jacobi(u, q.K[:, None], q.m[:, None])
-    psi = swing_at(q, sn, cn)
+    psi = swing(q, u)
     theta = elements.sides[i] * (psi + q.alpha[:, None])
     if elements.reverse[i]:
         psi, theta = psi[:, ::-1], -theta[:, ::-1]

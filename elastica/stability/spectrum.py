@@ -1,8 +1,8 @@
 """Eigenvalues of the second variation, with contacts free to move and, for comparison, held.
 
-The pencil (Q, ∫φ²) of a chain of Legendre elements (`elements`) falls into parts where segments do not
-talk: line states have φ = 0 at their contacts. Symmetric states are solved by halves: rotations of the
-middle are free in even, zero in odd modes. Holding the shortening couples all segments again.
+The pencil (Q, ∫φ²) in Legendre elements (`legendre`) falls into parts where segments do not talk: line
+states have φ = 0 at their contacts. Symmetric states are solved by halves: rotations of the middle are free
+in even, zero in odd modes. Holding the shortening couples all segments again.
 """
 
 from typing import NamedTuple
@@ -16,8 +16,8 @@ from elastica.equilibria.euler import euler_root
 from elastica.inputs import check_count
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability.legendre import (
-    Contact,
-    chains,
+    Vertex,
+    batches,
     lowest,
     quadratic_forms,
     sliding,
@@ -111,7 +111,7 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*solution.status.shape, count)
     halved = bool(state.mode) and solution.ends.alike and not control.fixes_shortening
-    for points, segments, elements, size in chains(solution, count, halved, contacts_move, terms):
+    for points, segments, elements, size in batches(solution, count, halved, contacts_move, terms):
         if control.fixes_shortening:
             whole = quadratic_forms(elements, size, control=control).constrained
             values = [_lowest(elements, whole, sliding(elements.kinds) if state.line else 0)]
@@ -128,12 +128,12 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
 
 
 def _parts(solution, segments, elements, terms, halved):
-    """Q and its weight of a chain without lines, where it is symmetric by halves: even and odd modes."""
+    """Q and its weight of a strip without lines, where it is symmetric by halves: even and odd modes."""
     last = len(segments)
     if halved:
         # Halves of the only segment; odd modes keep the height of the ends by themselves.
         ell = elements.lengths[0]
-        free = Contact(np.zeros_like(ell), np.ones_like(ell))
+        free = Vertex(np.zeros_like(ell), np.ones_like(ell))
         half = quadratic_forms(elements._replace(lengths=[ell / 2], vertex=[elements.vertex[0], free]), terms)
         return [half.constrained, half.with_end_held[:2]]
     if last % 2 == 0 and solution.state.symmetric(solution.ends) and segments == segments[::-1]:

@@ -4,7 +4,7 @@
 
 on the same rotations φ and with contacts free to move as in the energy method; the signs of the eigenvalues
 agree with it, their values are what an experiment measures. Every segment, and flat stretches, carry
-what lies towards end B along with them: the whole chain is one problem.
+what lies towards end B along with them: the whole strip is one problem.
 
 How negative ω² may be: |η'| = |φ| and |η''|² = φ'² + φ²θ'², hence Q ≥ ‖η''‖² − c‖η'‖² with
 c = max F(1 + 4m) ≥ p cos θ + λ sin θ + θ'². Where φ(1) = 0 or θ(1) = 0, ‖η'‖² ≤ ‖η‖‖η''‖ and so ω² ≥ −c²/4;
@@ -16,7 +16,7 @@ import numpy as np
 from elastica.blas import single_threaded
 from elastica.control import LOAD
 from elastica.inputs import check_count
-from elastica.stability.legendre import chains, lowest, quadratic_forms, sliding, with_zeros
+from elastica.stability.legendre import batches, lowest, quadratic_forms, sliding, with_zeros
 
 LARGEST_GROWTH = 9.0
 """−ω² in units of c² stays below this."""
@@ -30,9 +30,8 @@ def frequencies(solution, count, control=LOAD):
 
     Parameters
     ----------
-    solution : Solution
-    count : int
-        At least 1.
+    solution, count
+        As for `spectrum.eigenvalues`.
     control : Control
         At prescribed shortening end B is held in x as well.
 
@@ -52,7 +51,7 @@ def frequencies(solution, count, control=LOAD):
     # The straight strip keeps its shortening to first order by itself.
     control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
-    for points, _, elements, terms in chains(solution, count):
+    for points, _, elements, terms in batches(solution, count):
         Q, inertia = quadratic_forms(elements, terms, True, control).constrained
         widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
         squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
