@@ -16,25 +16,15 @@ ahead, which leaves more to lie flat.
 Not here: the second variation (`settings`), its eigenvalues themselves (`spectrum`).
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from elastica.chain.bordered import QuadraticForm, count_below
 from elastica.codes import Stability
-from elastica.stability.index import verdict
+from elastica.stability.index import Verdict, verdict
 
 ROUNDING_PER_LINK = 8 * np.finfo(float).eps
 FREE_LENGTH_SAFETY = 4.0
 """Multiple of ℓq²h²/24 for the shortening of free segments, which grows next to the fold of line states."""
-
-
-class Verdict(NamedTuple):
-    """Index, nullity and `Stability` code."""
-
-    index: int  # type: ignore[assignment]  # hides tuple.index
-    nullity: int
-    stability: Stability
 
 
 def judge(state, setting, fixed_shortening=False):

@@ -1,6 +1,15 @@
 """One free segment of the strip in closed form: length, rise, derivatives, energy.
 
-Between contacts the strip obeys θ'' = −p sin θ + λ cos θ. With F = √(p² + λ²), α = atan2(λ, p) and
+      y ↑                         _.--''''  wall, θ = 0, curvature −κ        p  thrust
+        |                      .-'                                           λ  force across
+        |                   _-'                                              F  their resultant √(p² + λ²),
+    rise|                .-'                                                    at the angle α to the walls
+        |           _.-''                                                    ℓ  length along the segment
+        |____...--''          clamp, θ = 0, curvature +κ
+        +----- advance --------------→ x
+
+Between contacts the strip obeys θ'' = −p sin θ + λ cos θ: the elastica (A. E. H. Love, A Treatise on the
+Mathematical Theory of Elasticity, 4th edition, art. 262). With F = √(p² + λ²), α = atan2(λ, p) and
 ψ = θ − α this is the pendulum ψ'' = −F sin ψ. A phase φ = atan2(2√F sin(ψ/2), θ') runs along it; the
 places that matter are
 
@@ -264,11 +273,12 @@ def load_slopes(piece):
     slopes = _phase_slopes(piece)
     g = _geometry(piece, slopes)
     F, r, cos_alpha, sin_alpha = q.F, q.r, q.cos_alpha, q.sin_alpha
+    alpha_lam, ln_r_lam = cos_alpha / F, sin_alpha / (2 * F)
     advance_kappa = -sin_alpha * slopes.jump_kappa / F + cos_alpha * slopes.W_kappa / r
     advance_lam = (
         -sin_alpha * slopes.jump_lam / F
         - jump * (cos_alpha**2 - sin_alpha**2) / F**2
-        + (-sin_alpha * q.alpha_lam * W + cos_alpha * (slopes.W_lam - q.ln_r_lam * W)) / r
+        + (-sin_alpha * alpha_lam * W + cos_alpha * (slopes.W_lam - ln_r_lam * W)) / r
     )
     length_load, rise_load, advance_load = -0.5 * g.length, -0.5 * g.rise, 0.0
     for end in piece.spring_ends:
@@ -276,7 +286,7 @@ def load_slopes(piece):
         W_load = -end.W_eta * eta
         jump_load = -2 * end.sigma * r * np.sqrt(q.m) * end.sin * eta
         length_load = length_load - eta / end.delta / r
-        rise_load = rise_load + jump_load * q.alpha_lam + sin_alpha * W_load / r
+        rise_load = rise_load + jump_load * alpha_lam + sin_alpha * W_load / r
         advance_load = advance_load - sin_alpha * jump_load / F + cos_alpha * W_load / r
     return LoadSlopes(
         g,
@@ -342,7 +352,8 @@ def _phase_slopes(piece):
 def _geometry(piece, slopes):
     """Length and rise of an arc by the chain rule."""
     q, W, jump = piece.q, piece.W, piece.jump
-    r, cos_alpha, sin_alpha, alpha_lam, ln_r_lam = q.r, q.cos_alpha, q.sin_alpha, q.alpha_lam, q.ln_r_lam
+    r, cos_alpha, sin_alpha = q.r, q.cos_alpha, q.sin_alpha
+    alpha_lam, ln_r_lam = cos_alpha / q.F, sin_alpha / (2 * q.F)
     g = Geometry(
         length=piece.F / r,
         rise=jump * alpha_lam + sin_alpha * W / r,
