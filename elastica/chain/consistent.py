@@ -30,6 +30,7 @@ Not here: the equilibrium itself (`equilibrium`), what the sign of an eigenvalue
 import numpy as np
 
 from elastica.chain.bordered import QuadraticForm
+from elastica.control import LOAD
 
 MOST_CONTACTS: float = np.inf
 STIFFEST_HOLD = 1e8
@@ -43,7 +44,7 @@ def settled(state, shortening=None):
     return state
 
 
-def second_variation(state, contacts_move=True, fixed_shortening=False):
+def second_variation(state, contacts_move=True, control=LOAD):
     """The angles of the pieces; the contacts' own are minimised out."""
     pieces, theta = state.pieces, state.theta
     chain = pieces.chain
@@ -52,7 +53,7 @@ def second_variation(state, contacts_move=True, fixed_shortening=False):
         diagonal += _line_holds(state)
     elif contacts_move:
         diagonal, off = _with_contacts(state, diagonal, off)
-    border = chain.constraint_slopes(theta, fixed_shortening)
+    border = chain.constraint_slopes(theta, control)
     q = border.shape[1]
     return QuadraticForm(diagonal, off, border, np.zeros((q, q)), q, chain.lengths)
 

@@ -105,7 +105,12 @@ class Chain(NamedTuple):
         """Derivative of the shortening with respect to θ, shape (n,)."""
         return self.lengths * np.sin(theta)
 
-    def constraint_slopes(self, theta, fixed_shortening):
-        """Derivatives of the rises and, if it is fixed, of the shortening, a column each."""
+    def constraint_slopes(self, theta, control):
+        """Derivatives of what variations keep, a column each: the rises, the shortening if it is fixed.
+
+        A straight chain keeps its shortening to first order by itself.
+        """
         slopes = self.rise_slopes(theta)
-        return np.column_stack([slopes, self.shortening_slopes(theta)]) if fixed_shortening else slopes
+        if control.fixes_shortening and theta.any():
+            slopes = np.column_stack([slopes, self.shortening_slopes(theta)])
+        return slopes

@@ -19,7 +19,6 @@ from elastica.codes import Status
 from elastica.control import LOAD, Control
 from elastica.ends import End, Ends
 from elastica.exact import solve as solve_exact
-from elastica.scene import Scene
 from elastica.state import State
 
 
@@ -35,15 +34,9 @@ class Model(NamedTuple):
     """What all points of a solution share."""
 
     state: State
-    ends: Ends
     control: Control
     setting: Setting
     mesh: Mesh
-
-    @property
-    def fixes_shortening(self):
-        """Whether variations keep the shortening: the straight strip has none."""
-        return self.control.fixes_shortening and not self.state.straight
 
     def base(self, factor):
         """The mesh of the uniform strip that the exact state belongs to.
@@ -55,15 +48,15 @@ class Model(NamedTuple):
         mean = factor / np.mean(1 / self.mesh.stiffness)
         return self.mesh._replace(stiffness=np.full(self.mesh.links, mean))
 
-    def exact(self, prescribed, H, factor):
-        """The exact state of that strip."""
+    def exact(self, scene, prescribed, factor):
+        """The exact state of that strip at n points."""
         stiffness = float(self.base(factor).stiffness[0])
         prescribed = prescribed / stiffness if self.control == LOAD else prescribed
-        softer = Ends(*(End(end.k / stiffness) for end in self.ends))
-        return solve_exact(self.state, Scene(softer, H), self.control, prescribed)
+        softer = Ends(*(End(end.k / stiffness) for end in scene.ends))
+        return solve_exact(self.state, scene._replace(ends=softer), self.control, prescribed)
 
-    def outcome(self, exact, point, factor):
-        """What becomes of one point of an exact solution."""
+    def outcome(self, scene, exact, point, factor):
+        """What becomes of one of these points."""
         status = Status(int(exact.status[point]))
         if status not in (Status.SOLVED, Status.INADMISSIBLE) or exact.flat_length[point] < 0:
             if self.mesh.profile.uniform:
@@ -72,22 +65,22 @@ class Model(NamedTuple):
                 return Outcome({"status": lost}, None, exact.reasons.get(point))
             return Outcome({}, None, "no uniform strip of a similar stiffness has such a state to start from")
         try:
-            return self._solved(exact, point, factor)
+            return self._solved(scene.at(point), exact, point, factor)
         except NoEquilibrium as problem:
             return Outcome({}, None, str(problem))
 
-    def _solved(self, exact, point, factor):
-        """The chain at a point where the uniform strip has the state.
+    def _solved(self, scene, exact, point, factor):
+        """The chain at a point, and in its scene, where the uniform strip has the state.
 
         Raises
         ------
         NoEquilibrium
         """
         shortening = float(exact.shortening[point]) if self.control.fixes_shortening else None
-        start = exact_start(exact, point, self.base(factor), Scene(self.ends, float(exact.H[point])))
+        start = exact_start(exact, point, self.base(factor), scene)
         if self.state.straight:
             # It is straight whatever its stiffness.
-            start = start._replace(mesh=self.mesh, pieces=split(self.mesh, self.ends))
+            start = start._replace(mesh=self.mesh, pieces=split(self.mesh, scene.ends))
         ahead = lag(start)
         if ahead > LOST:
             raise NoEquilibrium(
@@ -99,7 +92,7 @@ class Model(NamedTuple):
             return Outcome({"status": Status.NO_EQUILIBRIUM})
         values = properties(chain, lam_signs(exact), self.setting, exact.periods[point])
         if values["status"] == Status.SOLVED:
-            values |= judge(chain, self.setting, self.fixes_shortening)._asdict()
+            values |= judge(chain, self.setting, self.control)._asdict()
         values["error"] = self._error(values, exact, point, chain, shortening)
         return Outcome(values, chain)
 

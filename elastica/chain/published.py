@@ -39,6 +39,7 @@ from elastica.chain.bordered import QuadraticForm
 from elastica.chain.equilibrium import equilibrium_of_links
 from elastica.chain.links import Chain
 from elastica.chain.splitting import Pieces
+from elastica.control import LOAD
 
 FIRST_ORDER = 1 / 4
 """Part of √F h F by which eigenvalues are off, as seen at asymmetric states."""
@@ -111,11 +112,11 @@ def settled(state, shortening=None):
     return found._replace(cuts=np.array(frozen, float) * state.mesh.h) if frozen else found
 
 
-def second_variation(state, contacts_move=True, fixed_shortening=False):
+def second_variation(state, contacts_move=True, control=LOAD):
     """The angles of the free links, and the contact's shift or the angle of its link."""
     chain, theta = state.pieces.chain, state.theta
     diagonal, off = chain.hessian(theta, state.p, state.lam)
-    border = chain.constraint_slopes(theta, fixed_shortening)
+    border = chain.constraint_slopes(theta, control)
     q = border.shape[1]
     form = QuadraticForm(diagonal, off, border, np.zeros((q, q)), q, chain.lengths)
     if state.contacts.line or not state.contacts.walls:

@@ -11,6 +11,7 @@ import numpy as np
 from elastica.chain import consistent, published
 from elastica.chain.bordered import QuadraticForm
 from elastica.chain.equilibrium import Equilibrium
+from elastica.control import LOAD, Control
 
 
 class Setting(Protocol):
@@ -25,7 +26,7 @@ class Setting(Protocol):
         """
 
     def second_variation(
-        self, state: Equilibrium, contacts_move: bool = True, fixed_shortening: bool = False
+        self, state: Equilibrium, contacts_move: bool = True, control: Control = LOAD
     ) -> QuadraticForm:
         """The second variation, with contacts that move, or held at their material points (conventional)."""
 

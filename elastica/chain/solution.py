@@ -90,10 +90,6 @@ class ChainSolution(Solution):
     def _setting(self):
         return SETTINGS[self.clamp]
 
-    @property
-    def _fixes_shortening(self):
-        return CONTROLS[self.control].fixes_shortening and not self.state.straight
-
     def _solved(self):
         return np.flatnonzero(self.status.ravel() == Status.SOLVED)
 
@@ -103,7 +99,7 @@ class ChainSolution(Solution):
         check_count(count)
         values = np.full((self.status.size, count), np.nan)
         for point in self._solved():
-            values[point] = quantity(self.chains[point], self._setting, count, self._fixes_shortening)
+            values[point] = quantity(self.chains[point], self._setting, count, CONTROLS[self.control])
         return values.reshape(*self.status.shape, count)
 
 
@@ -143,13 +139,14 @@ def solve(state, scene, control, prescribed, links=LINKS, clamp="consistent", st
     """
     profile = check_chain(state, links, clamp, stiffness)
     reasons = unusable(scene, control, prescribed)
-    model = Model(state, scene.ends, control, SETTINGS[clamp], mesh_of(links, profile))
+    model = Model(state, control, SETTINGS[clamp], mesh_of(links, profile))
     arrays, chains = blank(state, scene), {}
     left = np.setdiff1d(np.arange(prescribed.size), list(reasons))
     for base in (1.0,) if profile.uniform else BASES:
+        here = scene.at(left)
         with np.errstate(all="ignore"):
-            exact = model.exact(prescribed[left], scene.H[left], base)
-            outcomes = [model.outcome(exact, at, base) for at in range(left.size)]
+            exact = model.exact(here, prescribed[left], base)
+            outcomes = [model.outcome(here, exact, at, base) for at in range(left.size)]
         for point, outcome in zip(left.tolist(), outcomes, strict=True):
             if outcome.chain:
                 chains[point] = outcome.chain

@@ -10,6 +10,7 @@ import numpy as np
 from elastica.chain.bordered import count_below, lowest
 from elastica.chain.verdict import exact_zeros, tolerance
 from elastica.chain.vibration import squared_frequencies
+from elastica.control import LOAD
 
 
 def floor(state):
@@ -18,7 +19,7 @@ def floor(state):
     return -1.05 * max(float(thrust.max()), 0.0) - 1.0
 
 
-def eigenvalues(state, setting, count, fixed_shortening=False):
+def eigenvalues(state, setting, count, control=LOAD):
     """The `count` lowest eigenvalues of Q, ascending.
 
     Parameters
@@ -26,7 +27,7 @@ def eigenvalues(state, setting, count, fixed_shortening=False):
     state : Equilibrium
     setting : Setting
     count : int
-    fixed_shortening : bool
+    control : Control
 
     Returns
     -------
@@ -34,7 +35,7 @@ def eigenvalues(state, setting, count, fixed_shortening=False):
         NaN for those that the chain does not have.
     """
     zeros, _ = exact_zeros(state)
-    found = lowest(setting.second_variation(state, True, fixed_shortening), floor(state), count + zeros)
+    found = lowest(setting.second_variation(state, control=control), floor(state), count + zeros)
     return _with_zeros(found, zeros, tolerance(state, setting))[:count]
 
 
@@ -47,9 +48,9 @@ def conventional(state, setting, count):
     return found[:count], count_below(form, -slack)
 
 
-def frequencies(state, setting, count, fixed_shortening=False):
+def frequencies(state, setting, count, control=LOAD):
     """The `count` lowest natural frequencies sign(ω²) √|ω²|, ascending; as `eigenvalues`."""
-    form = setting.second_variation(state, True, fixed_shortening)
+    form = setting.second_variation(state, control=control)
     zeros, _ = exact_zeros(state)
     squares = squared_frequencies(state, form, count + zeros)
     squares = _with_zeros(squares, zeros, np.inf)[:count]

@@ -20,6 +20,7 @@ import numpy as np
 
 from elastica.chain.bordered import QuadraticForm, count_below
 from elastica.codes import Stability
+from elastica.control import LOAD
 from elastica.stability.index import Verdict, verdict
 
 ROUNDING_PER_LINK = 8 * np.finfo(float).eps
@@ -27,20 +28,20 @@ FREE_LENGTH_SAFETY = 4.0
 """Multiple of ℓq²h²/24 for the shortening of free segments, which grows next to the fold of line states."""
 
 
-def judge(state, setting, fixed_shortening=False):
+def judge(state, setting, control=LOAD):
     """The verdict on a chain in equilibrium.
 
     Parameters
     ----------
     state : Equilibrium
     setting : Setting
-    fixed_shortening : bool
+    control : Control
 
     Returns
     -------
     Verdict
     """
-    form = setting.second_variation(state, fixed_shortening=fixed_shortening)
+    form = setting.second_variation(state, control=control)
     slack = tolerance(state, setting)
     index = count_below(form, -slack)
     nullity = count_below(form, slack) - index
