@@ -51,9 +51,10 @@ def slope(values, width):
     return (values[0] - values[1]) / (2 * width)
 
 
+@pytest.mark.at_least(10)
 @FEW
 @given(POINTS, ENDS, SEEDS)
-def test_energy_falls_with_load_by_the_shortening_and_with_gap_by_the_reactions(state, ends, seed):
+def test_energy_falls_with_load_by_the_shortening_and_with_gap_by_the_reactions(compared, state, ends, seed):
     meaningful(state, ends)
     P, H = draw(seed)
     step = 2e-5 * np.array([[1], [-1]])
@@ -61,30 +62,34 @@ def test_energy_falls_with_load_by_the_shortening_and_with_gap_by_the_reactions(
     load = elastica.solve(state, P=P * (1 + step), H=H, ends=ends)
     gap = elastica.solve(state, P=P, H=H * (1 + step), ends=ends)
     along_P, along_H = (smooth(at, near) for near in (load, gap))
+    compared(along_P & along_H)
     expected = -at.shortening[along_P]
     assert slope(load.energy, 2e-5 * P)[along_P] == pytest.approx(expected, rel=2e-6, abs=1e-9)
     expected = -at.reaction.sum(axis=-1)[along_H]
     assert slope(gap.energy, 2e-5 * H)[along_H] == pytest.approx(expected, rel=2e-6, abs=1e-6)
 
 
+@pytest.mark.at_least(20)
 @FEW
 @given(st.sampled_from(["U", "Ua", "UU", "UD", "UDa", "U-", "B1", "B2"]), QUICK, SEEDS)
-def test_bending_energy_grows_with_the_prescribed_shortening_by_the_load(state, ends, seed):
+def test_bending_energy_grows_with_the_prescribed_shortening_by_the_load(compared, state, ends, seed):
     H = np.random.default_rng(seed).uniform(0.02, 0.1)
     shortening = np.linspace(0.5, 8, 16) * H**2
     step = 2e-5 * np.array([[0], [1], [-1]])
     s = elastica.solve(state, shortening=shortening * (1 + step), H=H, ends=ends)
     there = np.isin(s.status, THERE).all(axis=0) & (s.periods == s.periods[0]).all(axis=(0, -1))
     there &= np.abs(s.P[1] + s.P[2] - 2 * s.P[0]) < 1e-6 * s.P[0]
+    compared(there)
     work = slope(s.bending_energy[1:], 2e-5 * shortening)
     assert work[there] == pytest.approx(s.P[0, there], rel=1e-5)
 
 
+@pytest.mark.at_least(8)
 @FEW
 @given(
     POINTS, st.sampled_from(["1/1", "clamped-clamped", "0.3/2.5", "clamped/0.05", "clamped-pinned"]), SEEDS
 )
-def test_a_word_seen_from_its_other_end_is_the_same_state(state, ends, seed):
+def test_a_word_seen_from_its_other_end_is_the_same_state(compared, state, ends, seed):
     meaningful(state, ends)
     body, _, root = state.partition(":")
     back = body[-2::-1] + "-" if body.endswith("-") else body[::-1]
@@ -97,6 +102,7 @@ def test_a_word_seen_from_its_other_end_is_the_same_state(state, ends, seed):
         assert np.array_equal(getattr(a, field), getattr(b, field), equal_nan=True), field
     # Of two shares of periods that have one curvature either may come first.
     same = (a.periods == b.periods[..., ::-1]).all(axis=-1) & np.isin(a.status, THERE)
+    compared(same)
     canonical = a.state.name == b.state.name
     for field in ("status", "stability", "index", "nullity", "clearance"):
         assert np.array_equal(getattr(a, field)[same], getattr(b, field)[same], equal_nan=True), field
@@ -113,6 +119,7 @@ def spelled(inner, a, b):
     return a + word + b
 
 
+@pytest.mark.at_least(5)
 @FEW
 @given(
     st.sampled_from(["00S", "0S", "0SS", "00SS", "0S0S"]),
@@ -120,7 +127,7 @@ def spelled(inner, a, b):
     ENDS,
     SEEDS,
 )
-def test_the_order_of_segments_does_not_matter_to_curvature_and_energy(inner, sides, ends, seed):
+def test_the_order_of_segments_does_not_matter_to_curvature_and_energy(compared, inner, sides, ends, seed):
     P, H = draw(seed, largest=40)
     words = {spelled(order, *sides) for order in permutations(inner)}
     if parse_ends(ends).alike:
@@ -130,12 +137,14 @@ def test_the_order_of_segments_does_not_matter_to_curvature_and_energy(inner, si
         for field in ("curvature", "energy", "bending_energy", "shortening", "max_slope"):
             assert np.array_equal(getattr(first, field), getattr(other, field), equal_nan=True), field
         both = (first.status == Status.SOLVED) & (other.status == Status.SOLVED)
+        compared(both)
         assert np.array_equal(first.index[both], other.index[both])
 
 
+@pytest.mark.at_least(20)
 @FEW
 @given(st.sampled_from(["U-", "UD-", "UDU-"]), ENDS, SEEDS)
-def test_segments_of_lines_depend_on_gap_and_load_through_one_number(state, ends, seed):
+def test_segments_of_lines_depend_on_gap_and_load_through_one_number(compared, state, ends, seed):
     """At fixed H√P and k/√P a line state's segments are the same up to size."""
     P, H = draw(seed)
     scale = 1.44
@@ -145,13 +154,15 @@ def test_segments_of_lines_depend_on_gap_and_load_through_one_number(state, ends
     small = elastica.solve(state, P=P, H=H, ends=ends)
     large = elastica.solve(state, P=scale**2 * P, H=H / scale, ends="/".join(sizes))
     there = np.isin(small.status, THERE) & ~small.periods.any(axis=-1) & ~large.periods.any(axis=-1)
+    compared(there)
     assert large.lengths[there] * scale == pytest.approx(small.lengths[there], rel=1e-10)
     assert large.lam[there] == pytest.approx(scale**2 * small.lam[there], rel=1e-9)
 
 
+@pytest.mark.at_least(10)
 @FEW
 @given(st.sampled_from([w for w in WORDS if not w.endswith("-")]), st.sampled_from(["clamped", "0.7"]), SEEDS)
-def test_very_stiff_and_very_soft_springs_are_clamps_and_pins(state, other, seed):
+def test_very_stiff_and_very_soft_springs_are_clamps_and_pins(compared, state, other, seed):
     P, H = draw(seed)
     for k, limit in (("1e12", "clamped"), ("1e-12", "pinned")):
         spring = elastica.solve(state, P=P, H=H, ends=f"{other}/{k}")
@@ -162,12 +173,14 @@ def test_very_stiff_and_very_soft_springs_are_clamps_and_pins(state, other, seed
             assert getattr(spring, field)[firm] == pytest.approx(getattr(exact, field)[firm], rel=1e-7), field
         solved = firm & (exact.status == Status.SOLVED) & (spring.status == Status.SOLVED)
         solved &= exact.stability != Stability.CRITICAL
+        compared(solved)
         assert np.array_equal(spring.index[solved], exact.index[solved])
 
 
+@pytest.mark.at_least(10)
 @FEW
 @given(POINTS, st.floats(-2, 2), SEEDS)
-def test_energy_grows_with_a_spring_by_half_the_square_of_its_angle(state, exponent, seed):
+def test_energy_grows_with_a_spring_by_half_the_square_of_its_angle(compared, state, exponent, seed):
     meaningful(state, "0.4/1")
     P, H = draw(seed)
     k, step = 10.0**exponent, 1e-4
@@ -180,6 +193,7 @@ def test_energy_grows_with_a_spring_by_half_the_square_of_its_angle(state, expon
     there &= bend < 1e-5 * (1 + at.curvature)
     growth = (stiff.energy - soft.energy) / (2 * step * k)
     angle = at.shape(2).theta[:, -1]
+    compared(there)
     assert growth[there] == pytest.approx(0.5 * angle[there] ** 2, rel=1e-4, abs=1e-9)
 
 
@@ -215,9 +229,10 @@ def beam(q, length, start, end, rise):
     return derivatives(0)[2] @ c, derivatives(length)[2] @ c, q**2 * c[1], short
 
 
+@pytest.mark.at_least(10)
 @FEW
 @given(st.sampled_from(["U", "UD", "UDU"]), ENDS, SEEDS)
-def test_small_deflections_are_those_of_a_straight_beam(state, ends, seed):
+def test_small_deflections_are_those_of_a_straight_beam(compared, state, ends, seed):
     """H → 0: between contacts a linear problem, singular for a full period; curvatures agree at contacts."""
     P, _ = draw(seed, 6)
     H = 1e-6
@@ -228,6 +243,7 @@ def test_small_deflections_are_those_of_a_straight_beam(state, ends, seed):
     springs = [springs[0], *[np.inf] * len(walls), springs[1]]
     plain = np.isin(s.status, THERE) & ~s.periods.any(axis=-1)
     for i in np.flatnonzero(plain & (s.curvature > 1e-2 * H * P * FOUR_PI_SQUARED)):
+        compared(1)
         q = 2 * np.pi * np.sqrt(P[i])
         out = [
             beam(q, s.lengths[i, j], springs[j], springs[j + 1], heights[j + 1] - heights[j])
