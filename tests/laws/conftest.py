@@ -10,6 +10,6 @@ def compared(request, record_property):
     """
     (floor,) = request.node.get_closest_marker("at_least").args
     counts = []
-    yield lambda cases: counts.append(np.count_nonzero(cases))
+    yield lambda cases: counts.append(int(np.count_nonzero(cases)))
     record_property("compared", sum(counts))
     assert sum(counts) >= floor, f"only {sum(counts)} cases were compared of {len(counts)} examples"
