@@ -87,13 +87,14 @@ class Model(NamedTuple):
                 f"waves of {self.mesh.links} links run {ahead:.2g} rad ahead of those of the strip, so that "
                 f"an equilibrium may be another state's or nobody's; use links = {links_for(start, SUSPECT)}"
             )
-        chain = self.setting.settled(self._chain(start, shortening), shortening)
+        cut = self._chain(start, shortening)
+        chain = self.setting.settled(cut, shortening)
         if not contacts_hold(chain, self.setting):
             return Outcome({"status": Status.NO_EQUILIBRIUM})
         values = properties(chain, lam_signs(exact), self.setting, exact.periods[point])
         if values["status"] == Status.SOLVED:
             values |= judge(chain, self.setting, self.control)._asdict()
-        values["error"] = self._error(values, exact, point, chain, shortening)
+        values["error"] = self._error(values, exact, point, cut, shortening)
         return Outcome(values, chain)
 
     def _chain(self, start, shortening):

@@ -6,6 +6,7 @@ import pytest
 from scipy.integrate import solve_bvp
 
 import elastica
+from elastica import Status
 from elastica.chain.splitting import mesh_of
 
 CC, PP = "clamped-clamped", "pinned-pinned"
@@ -193,3 +194,16 @@ def test_shortening_of_a_strip_that_is_not_uniform():
     assert held.P == pytest.approx(3.0, rel=1e-8) and held.energy == pytest.approx(
         float(pressed.energy), rel=1e-8
     )
+
+
+def test_a_published_chain_of_a_profile_comes_near_the_other_with_its_links():
+    """Its error is that of first order, found with half as many links."""
+    chain = {"P": 3.0, "H": 0.1, "method": "chain", "stiffness": [1, 1.2, 1]}
+    fine = elastica.solve("U", links=1600, **chain)
+    away = []
+    for links in (101, 201, 401):
+        s = elastica.solve("U", links=links, clamp="published", **chain)
+        assert s.status == Status.SOLVED
+        away.append(abs(float(s.energy / fine.energy) - 1))
+        assert away[-1] <= 2 * s.error
+    assert away[0] > 1.8 * away[1] > 3.2 * away[2]
