@@ -110,10 +110,11 @@ def _resolved(ends, text):
 def _question(text):
     """Which ends were meant by a text that names none; one alone stands for both."""
     parts = re.split(r"[-−–—/,\s]+", text.strip()) if isinstance(text, str) else []
-    parts = [part if _parse_end(part) else meant(IN_WORDS.get(part, part), NAMED) for part in parts]
-    if None in parts or len(parts) not in (1, 2):
+    likely = [part if _parse_end(part) else meant(IN_WORDS.get(part, part), NAMED) for part in parts]
+    known = [part for part in likely if part is not None]
+    if len(known) < len(parts) or len(parts) not in (1, 2):
         return ""
-    spelled = str(parse_ends("/".join(parts * (3 - len(parts)))))
+    spelled = str(parse_ends("/".join(known * (3 - len(known)))))
     return did_you_mean(spelled, [spelled])
 
 

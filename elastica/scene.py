@@ -5,7 +5,7 @@ Everything that a wider scene changes is asked of `Scene`: how far a segment ris
 Not here: what is prescribed (`control`), the strip itself.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +23,7 @@ class Scene(NamedTuple):
         Half gap.
     """
 
-    ends: Ends | None
+    ends: Ends | Any
     H: np.ndarray
 
     @property

@@ -189,7 +189,7 @@ def unusable(scene, control, prescribed):
         allowed = f"give an approach of the ends from 0 to 2, 0 or at least {SMALLEST_SHORTENING:g}"
     wide = (scene.H >= SMALLEST_GAP) & np.isfinite(scene.H)
     gaps = f"give a half gap above 0, from {SMALLEST_GAP:g} on, below 0.5 if it is to matter"
-    reasons = {}
+    reasons: dict[int, str] = {}
     for name, values, possible, remedy in (
         (control.name, prescribed, good, allowed),
         ("H", scene.H, wide, gaps),

@@ -91,7 +91,7 @@ def _padded(values, modes):
 
 def _of_rows(found):
     values = {name: getattr(found, name) for name in found.columns}
-    coords = {name: ("row", labels) for name, labels in found.labels.items()}
+    coords: dict[str, Any] = {name: ("row", labels) for name, labels in found.labels.items()}
     coords["ends"] = str(found.ends)
     return _dataset(values, ("row",), coords, found.control, "States of a strip between walls")
 

@@ -21,6 +21,7 @@ import time
 import weakref
 from contextlib import contextmanager, suppress
 from tempfile import TemporaryFile
+from typing import Any
 
 from studies.errors import StudyError
 
@@ -104,7 +105,10 @@ class Helper:
 
     def __init__(self):
         self.parent = os.getpid()
-        self.process = self.channel = self.said = None
+        # None until a process is started.
+        self.process: Any = None
+        self.channel: Any = None
+        self.said: Any = None
         self.closed, self.changing = False, threading.Lock()
 
     def call(self, function, arguments, limit, memory=None):
@@ -279,7 +283,7 @@ def serve(descriptor, stderr, parent):
     os.set_inheritable(descriptor, False)
     _die_with(parent)
     channel = socket.socket(fileno=descriptor)
-    calls = queue.SimpleQueue()
+    calls: queue.SimpleQueue[Any] = queue.SimpleQueue()
     threading.Thread(target=_listen, args=(channel, calls), daemon=True).start()
 
     def answer(message):

@@ -34,7 +34,7 @@ that is said here, and xarray, MATLAB, Julia or R read it.
 Not here: how they are computed (`evaluate`) and written (`files`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -76,7 +76,7 @@ class Variable(NamedTuple):
     @property
     def attributes(self):
         """CF attributes of the variable."""
-        attributes = {"long_name": self.long_name}
+        attributes: dict[str, Any] = {"long_name": self.long_name}
         if self.comment:
             attributes["comment"] = self.comment
         if self.flags is not None:

@@ -3,6 +3,7 @@
 Not here: the stiffness of links (`splitting`).
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +15,7 @@ class Profile(NamedTuple):
     """Stiffness at equidistant arc lengths from s = 0 to s = 1, linear between; or a function of s."""
 
     samples: tuple = (1.0,)
-    function: object = None
+    function: Callable | None = None
 
     @property
     def uniform(self):

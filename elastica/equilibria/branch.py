@@ -91,7 +91,18 @@ def bordered(segments, p, scene, k, lam, arcs=None):
                 slopes.shorter_load + slopes.shorter_lam * along_load[j],
             ]
         )
-    return Bordered(*totals, across / p, along_k / p, along_load / p)
+    excess, excess_k, excess_load, shorter, shorter_k, shorter_load = totals
+    return Bordered(
+        excess,
+        excess_k,
+        excess_load,
+        shorter,
+        shorter_k,
+        shorter_load,
+        across / p,
+        along_k / p,
+        along_load / p,
+    )
 
 
 class Points(NamedTuple):

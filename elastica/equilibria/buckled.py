@@ -213,7 +213,8 @@ def free_branch(kind, onset):
             last = len(nodes)
             nodes.append((fold, *at(fold, *near)[0]))
         nodes.append((ahead, *here))
-    return FreeBranch(*np.array(nodes).T, len(nodes) - 1 if last is None else last)
+    k, p, ratio, shorter = np.array(nodes).T
+    return FreeBranch(k, p, ratio, shorter, len(nodes) - 1 if last is None else last)
 
 
 def _onset_ratio(kind, onset):

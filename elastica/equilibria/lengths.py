@@ -8,7 +8,7 @@ its range is one interval from κ = 0.
 """
 
 from functools import cache, cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -134,7 +134,7 @@ def _at_unit_load(segment):
         place = np.interp(np.log(H), SCALED_GRID, np.arange(SCALED_GRID.size))
         cell = np.clip(place.astype(int), 1, SCALED_GRID.size - 3)
         x = np.log(H)
-        values = 0.0
+        values: Any = 0.0
         for i in range(-1, 3):
             weight = np.ones_like(H)
             for j in range(-1, 3):

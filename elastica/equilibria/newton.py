@@ -16,7 +16,7 @@ No point depends on its neighbours.
 Not here: where to start (`alternating`, `sweep`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -146,7 +146,8 @@ class Arrow(NamedTuple):
 def arrow_system(segments, p, scene, kappa, lam):
     """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
     along, across = np.empty_like(lam), np.empty_like(lam)
-    excess, pivot = -1.0, 0.0
+    excess: Any = -1.0
+    pivot: Any = 0.0
     for j, (segment, count) in enumerate(segments.items()):
         g = geometry(arc(segment.kind, pendulum(p, kappa, lam[j])))
         along[j] = -g.rise_kappa / g.rise_lam

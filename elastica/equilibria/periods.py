@@ -43,7 +43,7 @@ def groups(state, ends, periods):
     plain = state.segments(ends)
     places = [i for i, segment in enumerate(plain) if segment.start != segment.end]
     symmetric = state.symmetric(ends)
-    found = {}
+    found: dict[tuple, list[tuple]] = {}
     for shares in _compositions(periods, len(places)):
         pattern = [0] * len(plain)
         for place, share in zip(places, shares, strict=True):

@@ -4,7 +4,7 @@ Not here: errors of the model (friction, thickness, self-contact) and wrong bran
 by construction (`newton`).
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -56,7 +56,8 @@ def rounding_bounds(segments, arcs, geometries, p, line):
     -------
     Bounds
     """
-    slack, pivot, work = 0.0, 0.0, 0.0
+    slack: Any = 0.0
+    pivot, work = 0.0, 0.0
     delta_lengths, Ds = [], []
     for (segment, count), piece, g in zip(segments.items(), arcs, geometries, strict=True):
         q = piece.q

@@ -199,7 +199,8 @@ class _Followed(NamedTuple):
         """Ends at 90° or beyond it continued to where the load turns round, or to a taut string."""
         for side in (-1, 1):
             edge = branch.at(branch.first if side < 0 else branch.last)
-            steep = steepest_angle(self.segments, Points(None, edge.k, edge.p, edge.lam)) > ALMOST_STEEP
+            points = Points(np.ones(edge.k.size, bool), edge.k, edge.p, edge.lam)
+            steep = steepest_angle(self.segments, points) > ALMOST_STEEP
             edge = edge.at(np.flatnonzero(steep & (edge.k > 0)))
             trail, turned = self._beyond(edge, side)
             branch = _joined(branch, *trail)
@@ -289,9 +290,9 @@ def at_shortening(segments, branch, scene, target, gap):
     missing = left.shorter - target[which]
     share = np.clip(missing / (left.shorter - right.shorter), 0, 1)
     sides = (left.k, right.k), (left.p, right.p), (left.lam, right.lam)
-    start = (a + (b - a) * share for a, b in sides)
+    k, p, lam = (a + (b - a) * share for a, b in sides)
     bracket = Bracket(left.k.copy(), right.k.copy(), np.sign(missing))
-    points = settle_at_shortening(segments, scene.at(left.gap), *start, target[which], bracket)
+    points = settle_at_shortening(segments, scene.at(left.gap), k, p, lam, target[which], bracket)
     return which[points.found], points.at(points.found)
 
 

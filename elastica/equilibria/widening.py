@@ -8,7 +8,7 @@ Not here: from where to move (`alternating`).
 
 from functools import cache
 from itertools import islice
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -170,7 +170,7 @@ class Widening(NamedTuple):
         H = scene.H
         place = (1 - np.sqrt(1 - np.minimum(H / limits.widest, 1))) * (GAPS - 1) / LAST_SHARE
         row = np.clip(place.astype(int), 0, GAPS - 2)
-        start = 0.0
+        start: Any = 0.0
         for across, w in ((0, 1 - limits.weight), (1, limits.weight)):
             for down, v in ((0, 1 - (place - row)), (1, place - row)):
                 start = start + v * w * self.states[:, row + down, limits.left + across]

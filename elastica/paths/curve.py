@@ -17,7 +17,7 @@ Not here: all curves of a state (`tracing`); on which side of an event it is, an
 
 from collections import Counter
 from dataclasses import dataclass, replace
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from scipy.optimize.elementwise import find_root
@@ -94,7 +94,7 @@ class Curve:
     group: Group
     gap: np.ndarray
     t: np.ndarray
-    points: Points | None
+    points: Points | Any
     ends_at: dict[int, Event]
 
     def at(self, t, near):
@@ -316,5 +316,6 @@ def curve_through(solution, control, at=0):
     lam = lam[[order.index(segment) for segment in segments]][:, None]
     make = StraightCurve if state.straight else LineCurve if state.line else Curve
     t = k if make is Curve else np.sqrt(p) ** make.power
-    known = np.zeros(1, int), t, Points(np.ones(1, bool), k, p, lam), {}
-    return make(state, scene, control, Group(segments, (tuple(periods.tolist()),)), *known)
+    group = Group(segments, (tuple(periods.tolist()),))
+    points = Points(np.ones(1, bool), k, p, lam)
+    return make(state, scene, control, group, np.zeros(1, int), t, points, {})

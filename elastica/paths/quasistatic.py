@@ -130,7 +130,9 @@ class Loading:
         stopped : Passage or None
             Why it is not followed further, if it is not.
         """
-        stretch, stretches, events = self.unloaded(), [], []
+        stretch = self.unloaded()
+        stretches: list[Stretch] = []
+        events: list[tuple[int, Passage, str]] = []
         for step, value in enumerate(values):
             while not stretch.reaches(value):
                 end = stretch, value > stretch.high

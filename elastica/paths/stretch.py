@@ -150,8 +150,8 @@ def just_buckled(scene):
     # Where it touches a wall κ/√p is more than 2H.
     k, p = scene.H / 2, np.array([euler**2])
     lam = (free_branch(kind, euler).ratio[0] * k * p)[None]
-    known = np.zeros(1, int), k, Points(np.ones(1, bool), k, p, lam), {}
-    return Curve(state, scene, SHORTENING, group, *known).at(k, known[0])[0]
+    near, points = np.zeros(1, int), Points(np.ones(1, bool), k, p, lam)
+    return Curve(state, scene, SHORTENING, group, near, k, points, {}).at(k, near)[0]
 
 
 def _holds(solution):

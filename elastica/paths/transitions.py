@@ -226,7 +226,8 @@ def _described(curve, state, events, aside):
         if event == Event.FLAT_BUCKLES or (event in PASSED and min(beyond) >= 0):
             if max(beyond) >= 0:
                 rises = getattr(sides[1][0], control)[i] >= getattr(sides[0][0], control)[i]
-                rows.append(_row(*place, *(beyond if rises else beyond[::-1]), *shape))
+                before, after = beyond if rises else beyond[::-1]
+                rows.append(_row(*place, before, after, *shape))
             continue
         for (solution, exists), index in zip(sides, beyond, strict=True):
             if exists[i]:

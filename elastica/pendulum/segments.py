@@ -305,8 +305,8 @@ class _PhaseSlopes(NamedTuple):
     F_lam: np.ndarray
     W_kappa: np.ndarray
     W_lam: np.ndarray
-    jump_kappa: np.ndarray
-    jump_lam: np.ndarray
+    jump_kappa: np.ndarray | float
+    jump_lam: np.ndarray | float
 
 
 def _phase_slopes(piece):

@@ -19,7 +19,8 @@ from elastica.pendulum.spring_end import spring_end
 def start_phase(kind, q):
     """Phase u₀ = F(φ|m) at the start of a segment, shape (n,)."""
     if np.isfinite(kind.start_spring):
-        return 2 * float(kind.start) * q.K + spring_end(*kind.springs[0], q).F
+        c, sigma = kind.springs[0]
+        return 2 * float(kind.start) * q.K + spring_end(c, sigma, q).F
     return 2 * float(kind.start) * q.K + crossing_sign(kind.start) * q.f
 
 

@@ -39,9 +39,9 @@ within this multiple of their own error bound."""
 class Verdict(NamedTuple):
     """Index, nullity and `Stability` code, integers or arrays of them."""
 
-    index: np.ndarray  # type: ignore[assignment]  # hides tuple.index
-    nullity: np.ndarray
-    stability: np.ndarray
+    index: np.ndarray | int  # type: ignore[assignment]  # hides tuple.index
+    nullity: np.ndarray | int
+    stability: np.ndarray | int
 
 
 def verdict_of_points(segments, arcs, geometries, steep, vanishing, linear=None):

@@ -77,7 +77,8 @@ class Elements(NamedTuple):
 
     def part(self, first, last):
         """Segments first … last − 1."""
-        return Elements(*(field[first:last] for field in self[:6]), self.vertex[first : last + 1])
+        part = Elements(*(field[first:last] for field in self))
+        return part._replace(vertex=self.vertex[first : last + 1])
 
 
 def batches(solution, count, halved=False, contacts_move=True, terms=None):
@@ -207,7 +208,7 @@ def quadratic_forms(elements, terms, inertia=False, control=LOAD):
         thrust, theta = _profile(elements, i, terms)
         Q[:, place, place] += _stiffness(thrust, ell, terms)[:, local, local]
         constraints[:, place, i] = _integral(np.cos(theta), ell, terms)[:, local]
-        if inertia:
+        if carried is not None:
             mass, drift, end = _moving(theta, ell, terms)
             _add_drift(weight, carried, place, drift[:, local], ell + elements.flats[i])
             carried[:, place] += end[:, local]

@@ -149,4 +149,5 @@ def _lowest(elements, forms, zeros=0):
     """Eigenvalues of Q with its weight, ascending, `zeros` of them known to vanish."""
     # Q ≥ −F ∫φ², since the reactions of a solved state push.
     shift = np.max([q.F for q in elements.pendulums], axis=0)
-    return with_zeros(lowest(*forms, shift), zeros)
+    Q, weight = forms
+    return with_zeros(lowest(Q, weight, shift), zeros)

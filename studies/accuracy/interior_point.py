@@ -6,13 +6,14 @@ every node obeys |y| ≤ H. Angles and heights are unknowns, so that all matrice
 
 import time
 from functools import cache
+from typing import Any
 
 import numpy as np
 
 from elastica.scales import FOUR_PI_SQUARED
 from studies.accuracy.cases import Answer
 
-OPTIONS = {
+OPTIONS: dict[str, Any] = {
     "print_time": False,
     "ipopt": {
         "print_level": 0,

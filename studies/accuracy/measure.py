@@ -6,6 +6,7 @@ The dataset is built after each round: an interrupted run keeps what it measured
 Not here: the methods themselves, the files (`folder`).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import NamedTuple
@@ -15,7 +16,7 @@ import xarray as xr
 from threadpoolctl import threadpool_limits
 
 from elastica.spelling import did_you_mean
-from studies.accuracy.cases import TASKS, cases
+from studies.accuracy.cases import TASKS, Answer, cases
 from studies.accuracy.chain import chain, extrapolated
 from studies.accuracy.collocation import collocation
 from studies.accuracy.dense import dense
@@ -30,7 +31,7 @@ class Family(NamedTuple):
     """A method: its title with {} for the setting, settings of a full and of a quick run, what it needs."""
 
     title: str
-    run: object
+    run: Callable[..., Answer]
     full: list
     quick: list
     needs: str | None = None
@@ -152,7 +153,7 @@ def rounds(chosen, count):
     with threadpool_limits(limits=1):
         for number in range(-1, count):
             for i, case in enumerate(cases().values()):
-                answers = {}
+                answers: dict[Method, Answer] = {}
                 for k, method in enumerate(chosen):
                     if number < 0 and not _warms_up(method):
                         continue

@@ -6,6 +6,7 @@ Not here: measuring (`measure`, `floor`), whole studies (`scale_report`).
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, NullFormatter
 
 from studies.accuracy.cases import TASKS, cases
@@ -144,7 +145,7 @@ def figure(data, case):
     panels = drawn.subplots(2, 2, sharex=True, sharey=True)
     median = data["seconds"].median("round").sel(scene=case)
     error = data["error"].sel(scene=case)
-    handles = {}
+    handles: dict[str, Line2D] = {}
     for (task, title), axes in zip(TASKS.items(), panels.flat, strict=True):
         for curve, (label, colour, marker, style) in CURVES.items():
             of_curve = (data["curve"] == curve).values

@@ -12,7 +12,7 @@ import sys
 import time
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
@@ -117,7 +117,7 @@ def scale(largest, workers, folder):
         All so far: `Cost` by number of grid points (`points`), and of `OUTPUTS` at a small grid
         (`outputs`); `Stored` of the `LAYOUTS` (`layout`).
     """
-    tables = {"points": {}, "outputs": {}, "layout": {}}
+    tables: dict[str, dict[Any, tuple]] = {"points": {}, "outputs": {}, "layout": {}}
     with TemporaryDirectory(prefix=".scale-", dir=folder) as place:
         place = Path(place)
         for points in sizes(largest):
@@ -173,7 +173,8 @@ def _watched(arguments):
     """Run the command line and look at its processes now and then."""
     begin = time.perf_counter()
     process = psutil.Popen([*COMMAND, *arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-    memory, cpu = {}, {}
+    memory: dict[int, int] = {}
+    cpu: dict[int, float] = {}
     while process.poll() is None:
         for seen in _family(process):
             try:

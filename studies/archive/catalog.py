@@ -105,7 +105,7 @@ class Entry(_Record):
         prescribed = f"{self.control} {getattr(self, self.control)}"
         what = (
             f"{self.bytes / 1e6:.2g} MB",
-            self.solve["method"],
+            str(self.solve["method"]),
             self.date_created[:10],
             ends,
             f"H {self.H}",

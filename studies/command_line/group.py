@@ -1,6 +1,7 @@
 """The `elastica` command itself: how it reports bad input, and its exit status."""
 
 import sys
+from typing import Any
 
 import click
 
@@ -55,7 +56,8 @@ def say(text, err=False):
 
 
 def _refused(problem, status=BAD_INPUT):
-    error = click.ClickException(printable(problem))
+    # click declares the status for a class of errors, but reads it from the error.
+    error: Any = click.ClickException(printable(problem))
     error.exit_code = status
     return error
 

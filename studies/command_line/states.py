@@ -153,7 +153,8 @@ def states(ends, max_contacts, loads, shortenings, gaps, as_json):
         names = list(dict.fromkeys(names))
         click.echo(json.dumps(names) if as_json else "\n".join(names))
         return
-    rows, tables = [], []
+    rows: list[dict] = []
+    tables = []
     asked = list(product(ends, _points(loads, shortenings, gaps)))
     for held, point in asked:
         with _mechanics():
@@ -186,7 +187,8 @@ def transitions(names, ends, gaps, control, P_max, as_json):
     """List where states begin and end, and where their stability changes."""
     from elastica.paths.transitions import transitions as events_of
 
-    rows, tables = [], []
+    rows: list[dict] = []
+    tables = []
     asked = list(product(names, ends))
     for name, held in asked:
         with _mechanics():

@@ -317,7 +317,7 @@ def _rectangles(wanted, grid):
     """
     if wanted is None:
         return [(grid.H, grid.prescribed)]
-    rows_of = {}
+    rows_of: dict[bytes, list[int]] = {}
     for row, columns in enumerate(wanted):
         if columns.any():
             rows_of.setdefault(columns.tobytes(), []).append(row)

@@ -7,7 +7,7 @@ import re
 from pathlib import Path
 from typing import Any, Self
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from elastica.spelling import did_you_mean
 from studies.design.axes import Range, Refine
@@ -81,7 +81,7 @@ def _plain(value, depth=DEEPEST):
     return value
 
 
-ALLOWED_KEYS = {
+ALLOWED_KEYS: dict[tuple[str, ...], type[BaseModel]] = {
     (): Study,
     ("study",): About,
     ("grid",): Grid,

@@ -1,7 +1,7 @@
 """Bifurcation diagrams: the load over shortening, or another quantity, of all states at one gap."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -140,7 +140,7 @@ def _draw(ax, pieces, show, handles, units):
     for piece in sorted(pieces, key=lambda piece: piece.stability == Stability.STABLE):
         stable = piece.stability == Stability.STABLE
         far = piece.negative >= MOST_INDEX
-        look = {
+        look: dict[str, Any] = {
             "color": colour(piece.state),
             "ls": verdict_line(piece.stability, piece.negative),
             "lw": 2.4 if stable else 0.6 if far else 1.2,
@@ -157,7 +157,12 @@ def _draw(ax, pieces, show, handles, units):
         for event, at in zip(piece.events, (0, -1), strict=True):
             if event is None:
                 continue
-            mark = {"marker": MARKERS[event], "mfc": "white", "mec": "black", "ms": 5 if stable else 3}
+            mark: dict[str, Any] = {
+                "marker": MARKERS[event],
+                "mfc": "white",
+                "mec": "black",
+                "ms": 5 if stable else 3,
+            }
             ax.plot(x[at], P[at], ls="none", zorder=4, **mark)
             handles.setdefault(
                 (2, event.label), Line2D([], [], ls="none", label=event.label, **mark | {"ms": 5})

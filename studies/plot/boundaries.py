@@ -35,7 +35,8 @@ def curves_between(plane, regions, ends, heir=None):
     list of (Boundary, ndarray, ndarray)
         Event, H and P along each piece. A curve that bounds two regions comes once.
     """
-    curves, met = [], {}
+    curves = []
+    met: dict[int, list[float]] = {}
     for name, inside, holds in regions:
         for within, beyond, edges in trace(plane.H, plane.given, inside, holds):
             events = event_at(_solved(name, within, ends))
@@ -84,7 +85,8 @@ def _taken_over(name, within, beyond, ends, heir):
         born = ~_stable(other, within[:, at], ends)
         there = _solved(other, beyond[:, at], ends)
         equal = np.abs(there.energy - energy[at]) < NEAR * np.abs(energy[at])
-        events[at] = np.where(born, event_at(there), np.where(equal, Boundary.EQUAL_ENERGY, None))
+        events[at[equal]] = Boundary.EQUAL_ENERGY
+        events[at[born]] = event_at(there)[born]
     return events
 
 
@@ -140,4 +142,4 @@ def event_at(solution):
         }
     values = np.nan_to_num(np.stack(list(sizes.values())), nan=np.inf)
     events = np.array(list(sizes), object)[values.argmin(axis=0)]
-    return np.where(values.min(axis=0) < NEAR, events, Boundary.FOLD)
+    return np.where(values.min(axis=0) < NEAR, events, np.full_like(events, Boundary.FOLD))

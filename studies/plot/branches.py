@@ -16,7 +16,7 @@ from elastica.codes import Stability, Status
 from elastica.control import CONTROLS, LOAD
 from elastica.ends import parse_ends
 from elastica.finding import search
-from elastica.paths.curve import curve_through
+from elastica.paths.curve import Curve, curve_through
 from elastica.paths.quasistatic import Loading
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
@@ -108,7 +108,8 @@ def branches(panel, control):
     panel = panel.isel({control: slice(None, None, step)})
     status = panel["status"].transpose(control, "state").values
     scene = Scene(parse_ends(str(panel["ends"].values)), panel["H"].values.reshape(1))
-    pieces, curves = [], []
+    pieces = []
+    curves: list[Curve] = []
     for number in np.flatnonzero((status == Status.SOLVED).any(axis=0)):
         name = str(panel["state"].values[number])
         if solves_exactly(panel):

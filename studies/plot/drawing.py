@@ -5,6 +5,7 @@ import shutil
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import matplotlib
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -39,7 +40,7 @@ class Drawing(Figure):
         from matplotlib import pyplot
 
         # pyplot makes a window for a figure of its own; in it this one is put.
-        manager = pyplot.figure(figsize=self.get_size_inches()).canvas.manager
+        manager: Any = pyplot.figure(figsize=self.get_size_inches()).canvas.manager
         manager.canvas.figure = self
         self.set_canvas(manager.canvas)
         try:

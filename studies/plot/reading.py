@@ -4,7 +4,7 @@ Not here: what lies between the grid points (`regions`).
 """
 
 import json
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -200,7 +200,8 @@ class StableSets(NamedTuple):
 
 def stable_sets(panel):
     """The stable states of every point that was computed."""
-    found, computed, unfollowed, critical = {}, {}, False, False
+    found, computed, critical = {}, {}, False
+    unfollowed: Any = False  # An array as soon as there is a state.
     for name in sorted(panel.states, key=shortest_first):
         if not is_canonical(name, panel.ends):
             continue
@@ -272,8 +273,11 @@ def further_states(dataset):
     except (KeyError, TypeError, ValueError):
         asked = {}
     most = asked.get("max_contacts") if isinstance(asked, dict) else None
-    wider = isinstance(most, int) and most < MOST_ENUMERATED
-    how = f"with max_contacts = {most + 1}" if wider else "by more names"
+    how = (
+        f"with max_contacts = {most + 1}"
+        if isinstance(most, int) and most < MOST_ENUMERATED
+        else "by more names"
+    )
     return f"some state is stable everywhere; where none is shown, search further {how} in [states]"
 
 

@@ -5,7 +5,7 @@ it is asked of the solver, on a grid that is halved until it is as fine as a pic
 the label changes is narrowed down along the line of the grid on which it lies.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from contourpy import contour_generator
@@ -45,7 +45,8 @@ def spread(plane):
         axes.append(even(labels[0], labels[-1], max(fine, len(labels))))
         steps = np.interp(axes[-1], labels, np.arange(len(labels)))
         places.append(np.clip(np.floor(steps + 0.5).astype(int), 0, len(labels) - 1))
-    return Plane(*axes, plane.labels[np.ix_(*places)])
+    H, given = axes
+    return Plane(H, given, plane.labels[np.ix_(*places)])
 
 
 def sharpen(plane, decide):
@@ -99,7 +100,8 @@ def trace(H, given, inside, decide):
     """
     rows, columns = (_spread(len(axis), most) for axis, most in zip((H, given), TRACED, strict=True))
     H, given, inside = H[rows], given[columns], inside[np.ix_(rows, columns)]
-    lines = contour_generator(z=inside.astype(float)).lines(0.5)
+    # Arrays, one a line; other settings of contourpy give other types.
+    lines: Any = contour_generator(z=inside.astype(float)).lines(0.5)
     if not lines:
         return []
     ends = np.cumsum([len(line) for line in lines])[:-1]

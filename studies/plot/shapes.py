@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from matplotlib.animation import FuncAnimation, PillowWriter
@@ -10,6 +10,7 @@ from matplotlib.patches import Rectangle
 
 from elastica.codes import Stability, Status
 from elastica.scales import FOUR_PI_SQUARED
+from elastica.solution import Solution
 from elastica.solving import solve
 from studies.errors import StudyError
 from studies.plot.drawing import finished_elsewhere, new_figure
@@ -32,7 +33,7 @@ FLAT = 0.12
 class Configuration(NamedTuple):
     """One equilibrium: `solution` has a single point."""
 
-    solution: object
+    solution: Solution
 
     @classmethod
     def at(cls, given, H, state, ends, control="P"):
@@ -44,7 +45,8 @@ class Configuration(NamedTuple):
             If it has no equilibrium there.
         """
         try:
-            solution = solve(state, H=[float(H)], ends=ends, **{control: [float(given)]})
+            point: dict[str, Any] = {"H": [float(H)], control: [float(given)]}
+            solution = solve(state, ends=ends, **point)
         except ValueError as problem:
             raise StudyError(str(problem)) from None
         if solution.status[0] not in (Status.SOLVED, Status.INADMISSIBLE):

@@ -40,12 +40,13 @@ def dispatch(client, blocks, job):
     StudyError
         If the workers cannot do the job, or the scheduler is lost.
     """
-    from distributed import CancelledError, as_completed
+    from distributed import CancelledError, Future, as_completed
     from distributed.comm import CommClosedError
     from distributed.scheduler import KilledWorker
 
     waiting = [(block, 0) for block in reversed(blocks)]
-    owner, flight = {}, as_completed(loop=client.loop)
+    owner: dict[Future, tuple] = {}
+    flight = as_completed(loop=client.loop)
     try:
         _check_workers(client, job)
         threads, counted = _threads(client), time.monotonic()

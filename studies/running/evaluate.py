@@ -70,10 +70,10 @@ def evaluate(block, task, within=here):
     """
     H, prescribed = block.labels()
     names, arrays, failed = solve_points(block.ends, H, block.control, prescribed, task, within)
-    failures = [
-        Failure(*map(int, np.unravel_index(point, block.shape)), state, reason)
-        for point, state, reason in failed
-    ]
+    failures = []
+    for point, state, reason in failed:
+        of_ends, of_H, of_prescribed = map(int, np.unravel_index(point, block.shape))
+        failures.append(Failure(of_ends, of_H, of_prescribed, state, reason))
     arrays = {name: values.reshape(block.shape + values.shape[1:]) for name, values in arrays.items()}
     return names, arrays, failures
 
@@ -175,7 +175,7 @@ def _search(ends, H, control, prescribed, task, names, points):
     chain = task.method.method == "chain"
     scene = Scene(parse_ends(ends), H[points])
     for place, numbers, solution in search(names, scene, CONTROLS[control], prescribed[points]):
-        values = None if chain else _values(solution, task.outputs)
+        values = {} if chain else _values(solution, task.outputs)
         for number in np.unique(numbers):
             own = np.flatnonzero(numbers == number)
             name = solution.state.name + (f":{number}" if number > 1 else "")

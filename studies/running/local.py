@@ -38,7 +38,8 @@ def local_workers(count):
 
     At the end the helpers are ended, whatever they are doing.
     """
-    helpers, free = [Helper() for _ in range(count)], SimpleQueue()
+    helpers = [Helper() for _ in range(count)]
+    free: SimpleQueue[Helper] = SimpleQueue()
     for helper in helpers:
         free.put(helper)
 
@@ -68,11 +69,14 @@ def local_workers(count):
 class Unseen:
     """A part of dask that leaves no trace outside this process."""
 
+    local_directory: str
+
     def __init__(self, *arguments, **options):
         # A folder is made, named in the path of Python and never used:
         # https://github.com/dask/distributed/blob/2026.8.0/distributed/core.py#L228
         with TemporaryDirectory() as folder:
-            super().__init__(*arguments, local_directory=folder, needs_workdir=False, **options)
+            options |= {"local_directory": folder, "needs_workdir": False}
+            super().__init__(*arguments, **options)
             sys.path.remove(self.local_directory)
 
     def start_http_server(self, *_, **__):

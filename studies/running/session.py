@@ -79,7 +79,7 @@ class Session(ExitStack):
         super().__init__()
         self.folder, self.policy = folder, policy
         self.failures, self.named = 0, ()
-        self._client = self._probe = None
+        self._client, self._probe = None, ""
 
     def shards(self, plan):
         """Compute until every block of a plan has an intact shard.

@@ -87,7 +87,8 @@ def read_content(path, outputs):
         values = {name: dataset.variables[name][:] for name in expected}
         problems = _conventions(dataset, expected | _table(dataset, path))
         failures = _failure_rows(dataset, control)
-    return Content(labels, values, failures, *read_events(path), problems)
+    events, without_events = read_events(path)
+    return Content(labels, values, failures, events, without_events, problems)
 
 
 def _table(dataset, path):

@@ -136,7 +136,7 @@ def _identify(path, read):
             if stream.read(3) == b"CDF":
                 raise StudyError(f"{path}: this is netCDF-3; it opens with xarray.open_dataset") from None
         raise StudyError(f"{path}: this cannot be read as netCDF ({problem}){why_unlockable(path)}") from None
-    version = attributes.get("format_version")
+    version: Any = attributes.get("format_version")
     ours = isinstance(attributes.get("study_id"), str) and isinstance(version, (int, np.integer))
     if not ours:
         raise StudyError(

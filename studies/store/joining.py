@@ -13,6 +13,7 @@ from elastica.codes import Stability, Status
 from elastica.control import CONTROLS
 from studies.errors import StudyError
 from studies.schema import (
+    Variable,
     control_of,
     coordinates,
     failure_indices,
@@ -102,7 +103,7 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
             define(dataset, labels, variables(labels, study.outputs), attributes)
             sizes = [len(grid.ends), len(grid.H), len(grid.prescribed), len(names)]
             rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
-            reasons = {}
+            reasons: dict[tuple, str] = {}
             for number, ends in enumerate(grid.ends):
                 here = _by_band([source for source in sources if ends in source.ends], grid.H, rows)
                 for first, among in zip(range(0, len(grid.H), rows), here, strict=True):
@@ -154,7 +155,7 @@ def _timing(seconds):
 
 def _by_band(sources, H, rows):
     """The sources of each band of rows, in their order: a list for each band."""
-    bands = [[] for _ in range(0, len(H), rows)]
+    bands: list[list] = [[] for _ in range(0, len(H), rows)]
     for source in sources:
         for band in np.unique(positions(np.unique(source.H), H)[1] // rows):
             bands[band].append(source)
@@ -168,7 +169,7 @@ def _reduce_band(study, sources, dataset, labels, number, band):
     potential = CONTROLS[control].potential
     names = [str(name) for name in labels["state"]]
     H = labels["H"][band]
-    verdict = {}
+    verdict: dict[str, np.ndarray] = {}
     for group in _groups(per_state(labels, study.outputs), labels, band):
         height = _height(group, labels, H.size)
         for first, among in zip(range(0, H.size, height), _by_band(sources, H, height), strict=True):
@@ -197,7 +198,8 @@ def _reduce_band(study, sources, dataset, labels, number, band):
 
 def _groups(variables, labels, band):
     """Variables that are copied together: those along the strip alone, the others as memory allows."""
-    group, room = {}, GROUP_BYTES
+    group: dict[str, Variable] = {}
+    room = GROUP_BYTES
     for name, variable in variables.items():
         if "s" in variable.dims:
             yield {name: variable}

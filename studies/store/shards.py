@@ -181,7 +181,7 @@ def intact(path, identity, block):
     named = NAME.fullmatch(path.name)
     try:
         # To open a pipe would wait for who writes into it.
-        if not path.is_file():
+        if named is None or not path.is_file():
             return False
         with open(path, "rb") as stream:
             return _sealed(identity, block, named["owner"], stream) == named["seal"]
@@ -206,7 +206,7 @@ def find_shards(folder, blocks, identity):
     """
     present = defaultdict(list)
     for path in _by_owner(folder)[owner_of(identity)]:
-        present[NAME.fullmatch(path.name)["place"]].append(path)
+        present[path.name.partition(".")[0]].append(path)
     found, bad = {}, 0
     for block in blocks:
         paths = present[place_of(block)]
