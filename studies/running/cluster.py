@@ -15,7 +15,6 @@ from shutil import which
 from tempfile import TemporaryDirectory
 
 from studies.errors import StudyError
-from studies.store.shards import OF_CLUSTER
 from studies.whole_files import PART
 
 QUEUES = {
@@ -147,6 +146,9 @@ def _encryption(folder):
     """The certificates that dask is configured for, or some for this run, in files of the user alone."""
     import dask
     from distributed import Security
+
+    # The command line reads the names of the queues above: solving a state must not wait for netCDF.
+    from studies.store.shards import OF_CLUSTER
 
     if dask.config.get("distributed.comm.tls.ca-file", None):
         yield Security(require_encryption=True)

@@ -1,6 +1,6 @@
 """Run as a script: time per solve and per index against the number of links, beside the dense procedure.
 
-python tests/bench/chain.py [FIGURE.png]
+python tests/bench/chain_speed.py [FIGURE.png]
 """
 
 import sys
