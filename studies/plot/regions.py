@@ -11,7 +11,7 @@ import numpy as np
 from contourpy import contour_generator
 from scipy.ndimage import distance_transform_edt
 
-from elastica.multisection import narrow
+from studies.plot.multisection import narrow
 
 FINE = (200, 400)
 """Least numbers of points of a picture along H and the control."""

@@ -1,6 +1,6 @@
 import numpy as np
 
-from elastica.multisection import narrow
+from studies.plot.multisection import narrow
 
 
 def test_narrows_each_interval_to_where_its_own_condition_ends():
