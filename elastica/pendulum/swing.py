@@ -14,6 +14,7 @@ import numpy as np
 from elastica.pendulum.elliptic import integrals, jacobi
 from elastica.pendulum.segments import crossing_sign
 from elastica.pendulum.spring_end import spring_end
+from elastica.pendulum.theta import SHORT_FROM, series, sine_and_level
 
 
 def start_phase(kind, q):
@@ -28,6 +29,32 @@ def swing(q, u):
     """Angle ψ = θ − α at phases u, shape (n, samples)."""
     sn, cn, _ = jacobi(u, q.K[:, None], q.m[:, None])
     return _angle(q, sn, cn)
+
+
+def directions(q, u):
+    """Cosine and sine of the angle ψ = θ − α.
+
+    Parameters
+    ----------
+    q : Pendulum
+        Arrays that broadcast with u.
+    u : ndarray
+        Phases, of the shape of the result.
+
+    Returns
+    -------
+    cos_psi, sin_psi : ndarray
+        With all their relative digits where ψ is small.
+    """
+    sin, cos = sine_and_level(series(q.m, q.m1), 0.5 * np.pi / q.K * u)
+    steep = np.broadcast_to(q.m1 < SHORT_FROM, u.shape)
+    if steep.any():
+        m, m1, K = (np.broadcast_to(field, u.shape)[steep] for field in (q.m, q.m1, q.K))
+        sn, cn, _ = jacobi(u[steep], K, m)
+        sin[steep], cos[steep] = np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn)
+    sin_square, cos_square = sin * sin, cos * cos
+    scale = 1 / (sin_square + cos_square)
+    return (cos_square - sin_square) * scale, 2 * sin * cos * scale
 
 
 def course(kind, q, along):
