@@ -5,6 +5,8 @@ VENV := .venv
 # Of the order of the tests, which is random; that of `make verify` is another every time.
 SEED ?= 2690478429
 BIN := $(VENV)/bin
+# Files begin in the order of the tests, the long ones first; xdist would keep those of few tests for the end.
+PYTEST := $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 .PHONY: chart test verify lint clean
 
@@ -13,10 +15,10 @@ chart: $(VENV)/installed
 	$(BIN)/elastica plot first-chart.nc -o first-chart.png
 
 test: lint
-	$(BIN)/python -m pytest -n auto --dist loadfile --randomly-seed=$(SEED)
+	$(PYTEST) --randomly-seed=$(SEED)
 
 verify: lint
-	$(BIN)/python -m pytest -n auto --dist loadfile --full
+	$(PYTEST) --full
 
 lint: $(VENV)/test-installed
 	$(BIN)/ruff check .

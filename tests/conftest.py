@@ -24,6 +24,11 @@ def pytest_configure(config):
         settings.load_profile("full")
 
 
+def pytest_collection_modifyitems(items):
+    """Let the long files begin, in random order like the others, so that none is left alone at the end."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
+
+
 @pytest.fixture(autouse=True)
 def precision_is_put_back():
     """A test that changes mpmath's precision for all would change the references of those after it."""
