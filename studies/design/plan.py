@@ -8,7 +8,7 @@ Not here: what the work costs (`costs`), where a refined study computes (`refine
 
 from dataclasses import dataclass
 from itertools import islice
-from math import ceil
+from math import ceil, prod
 from typing import NamedTuple
 
 import numpy as np
@@ -29,6 +29,8 @@ GAPS_OF_EVENTS = 10
 """Gaps of a block of events."""
 GAPS_PER_BLOCK = 20
 """Under prescribed shortening, where the cost of a block hardly depends on the other label."""
+LEAST_TILE = 256
+"""Grid points of a tile; chunks of fewer cost more than they hold."""
 MOST_BLOCKS = 1_000_000
 """Each is one file while the study is computed."""
 LARGEST_ARRAY = 400_000_000
@@ -85,6 +87,9 @@ class Plan:
     reuse : Reusable
     block_points : int or None
         Grid points of a block, if they are prescribed.
+    tile : (int, int) or None
+        Rows and columns of the grid that make a chunk of the dataset. Every block consists of whole tiles, so
+        that its shard has chunks of the dataset; None where blocks are of other points, or smaller.
     """
 
     study: Request
@@ -97,6 +102,7 @@ class Plan:
     longest: float
     reuse: Reusable = NOTHING
     block_points: int | None = None
+    tile: tuple[int, int] | None = None
 
     @classmethod
     def of(cls, study: Request, block_points: int | None = None, reuse: Reusable = NOTHING) -> "Plan":
@@ -124,7 +130,8 @@ class Plan:
                 return _rectangular(grid, number, wanted, size)
             return _scattered(grid, number, _first_places(grid, wanted), size)
 
-        return cls._of_points(study, study.task, cut, block_points, reuse)
+        whole = grid.refine is None and reuse.held is None
+        return cls._of_points(study, study.task, cut, block_points, reuse, whole)
 
     @classmethod
     def of_rest(
@@ -141,13 +148,16 @@ class Plan:
         return cls._of_points(study, study.task._replace(names=names), cut, block_points)
 
     @classmethod
-    def _of_points(cls, study, task, cut, block_points, reuse=NOTHING):
+    def _of_points(cls, study, task, cut, block_points, reuse=NOTHING, whole=False):
         grid = study.grid
         costs = {ends: costs_of(task, ends, grid.control) for ends in grid.ends}
         per_point = bytes_of(study, task, points=1)
+        sizes = [block_points or _block_points(costs[ends], task, grid, per_point) for ends in grid.ends]
+        tile = _tile(grid, min(sizes)) if whole else None
+        if tile:
+            sizes = [size - size % prod(tile) for size in sizes]
         blocks: list[Block] = []
-        for number, ends in enumerate(grid.ends):
-            size = block_points or _block_points(costs[ends], task, grid, per_point)
+        for number, size in enumerate(sizes):
             blocks += islice(cut(number, size), MOST_BLOCKS + 1 - len(blocks))
             if len(blocks) > MOST_BLOCKS:
                 raise StudyError(
@@ -168,6 +178,7 @@ class Plan:
             longest=max(seconds, default=0.0),
             reuse=reuse,
             block_points=block_points,
+            tile=tile,
         )
 
     @classmethod
@@ -332,6 +343,15 @@ def _rectangles(wanted, grid):
 
 def _cut(labels, size):
     return [labels[i : i + size] for i in range(0, len(labels), size)]
+
+
+def _tile(grid, size):
+    """Rows and columns of about so many points: whole rows, or a part of one that is a power of two."""
+    columns = len(grid.prescribed)
+    if size < columns:
+        columns = 1 << (size.bit_length() - 1)
+    rows = max(1, min(len(grid.H), size // columns))
+    return (rows, columns) if rows * columns >= LEAST_TILE else None
 
 
 def _block_points(costs, task, grid, bytes_per_point):

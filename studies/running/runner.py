@@ -175,7 +175,7 @@ def _finish(plan, shards, out, session):
             sources += rest
             surveyed |= survey(rest, study.grid)
         events = _find_events(plan, joined_labels(study, surveyed), session)
-        reduce(study, sources, surveyed, out, describe(study) | plan.reuse.about, events)
+        reduce(study, sources, surveyed, out, describe(study) | plan.reuse.about, events, plan.tile)
     except (OSError, RuntimeError) as problem:
         free = readable_bytes(shutil.disk_usage(out.parent).free)
         raise StudyError(

@@ -117,7 +117,7 @@ class Session(ExitStack):
         """What the blocks gave, as they finish."""
         policy = self.policy
         limit = policy.time_limit or max(LEAST_LIMIT, PATIENCE * plan.longest)
-        job = Job(plan.task, plan.identity, self.folder, versions(), limit, policy.raises)
+        job = Job(plan.task, plan.identity, self.folder, versions(), limit, policy.raises, tile=plan.tile)
         count = processors() if policy.workers is None else policy.workers
         small = len(todo) == 1 or (policy.workers is None and plan.small)
         if policy.cluster is None and (count <= 1 or small):

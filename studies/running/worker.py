@@ -34,7 +34,7 @@ class Job(NamedTuple):
     """What a block needs to know of its run.
 
     `limit` is the seconds of a block, None where it is to be solved in this very process; `probe` is a file
-    in the folder, by which workers show that they see it.
+    in the folder, by which workers show that they see it; `tile` is that of the plan.
     """
 
     task: Task
@@ -44,6 +44,7 @@ class Job(NamedTuple):
     limit: float | None
     raises: bool
     probe: str = ""
+    tile: tuple[int, int] | None = None
 
 
 class Done(NamedTuple):
@@ -122,7 +123,7 @@ def _solve(block, job, within=here):
         names, arrays, failures = evaluate(block, job.task, within)
         failed = [_name(block, names, failure) for failure in failures]
         write = partial(
-            write_shard, job.folder, job.identity, block, job.task.outputs, names, arrays, failures
+            write_shard, job.folder, job.identity, block, job.task.outputs, job.tile, names, arrays, failures
         )
     seconds = time.perf_counter() - start
     if failed and job.raises:

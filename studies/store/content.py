@@ -5,6 +5,7 @@ Not here: how files are opened (`files`), the points that some hold (`sources`),
 """
 
 import hashlib
+from math import prod
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,9 @@ from studies.schema import (
 from studies.store.files import opened, read_labels, refuse_more_than_memory
 from studies.store.structure import MEANING, is_type
 from studies.store.transition_table import read_events
+
+BAND_BYTES = 300_000_000
+"""Of the columns that are read at a time."""
 
 
 class Content(NamedTuple):
@@ -183,12 +187,21 @@ def _contents(variable):
 
 
 def _bands(variable):
-    """Indices of what is read at a time: the rows that share their chunks, in the order of the values."""
+    """Indices of what is read at a time, in the order of the values: the rows that share their chunks.
+
+    Of a single row that is too long, the columns that do.
+    """
     if variable.ndim < 3:
         return [...]
-    rows = 1 if variable.chunking() == "contiguous" else variable.chunking()[1]
+    ends, all_rows, all_columns, *rest = variable.shape
+    _, rows, columns, *_ = (1, 1, 1) if variable.chunking() == "contiguous" else variable.chunking()
+    column = np.dtype(variable.dtype).itemsize * prod(rest)
+    columns *= max(1, BAND_BYTES // (column * columns))
+    if rows > 1 or columns >= all_columns:
+        columns = all_columns
     return [
-        (number, slice(first, first + rows))
-        for number in range(variable.shape[0])
-        for first in range(0, variable.shape[1], rows)
+        (number, slice(row, row + rows), slice(first, first + columns))
+        for number in range(ends)
+        for row in range(0, all_rows, rows)
+        for first in range(0, all_columns, columns)
     ]

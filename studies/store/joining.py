@@ -1,5 +1,8 @@
 """Join files, the shards of a run or finished datasets, to one dataset, in bands of rows.
 
+Codes are put together anew, since what a state is at a point may depend on what others found. Numbers of
+shards that have chunks of the dataset are copied as they are (`copying`).
+
 Not here: whether the files are there and intact (`shards`), are still what they were (`sources`), and agree
 (`merging`).
 """
@@ -24,7 +27,7 @@ from studies.schema import (
 )
 from studies.store.content import content_hash
 from studies.store.files import opened, read_labels
-from studies.store.layout import chunks, define, write_failures
+from studies.store.layout import define, whole_planes, write, write_failures
 from studies.store.sources import positions, read_points, read_rows, reading, shared
 from studies.store.transition_table import join_events, write_events
 from studies.whole_files import written_whole
@@ -74,7 +77,7 @@ def survey(sources, grid):
     return found
 
 
-def reduce(study, sources, surveyed, out, attributes, events=()):
+def reduce(study, sources, surveyed, out, attributes, events=(), tile=None):
     """Join files to one dataset, written whole.
 
     One band of rows is in memory at a time, as high as a chunk, so that each chunk is written once. What
@@ -93,6 +96,8 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
         Global attributes of the dataset.
     events : iterable of Path
         Shards of its transition table.
+    tile : (int, int) or None
+        That of the plan, if all sources are shards of blocks that it cut the grid into.
     """
     grid = study.grid
     names = joined_labels(study, surveyed)
@@ -100,20 +105,25 @@ def reduce(study, sources, surveyed, out, attributes, events=()):
     with _new_dataset(out) as temporary:
         with opened(temporary, "w") as dataset:
             attributes = attributes | _timing(surveyed.seconds)
-            define(dataset, labels, variables(labels, study.outputs), attributes)
-            sizes = [len(grid.ends), len(grid.H), len(grid.prescribed), len(names)]
-            rows = chunks(per_state(labels, study.outputs)["energy"], sizes)[1]
+            tiles = tile or whole_planes(grid)
+            define(dataset, labels, variables(labels, study.outputs), attributes, tiles)
+            rows = tiles[0]
             reasons: dict[tuple, str] = {}
             for number, ends in enumerate(grid.ends):
                 here = _by_band([source for source in sources if ends in source.ends], grid.H, rows)
                 for first, among in zip(range(0, len(grid.H), rows), here, strict=True):
                     band = slice(first, min(first + rows, len(grid.H)))
-                    status = _reduce_band(study, among, dataset, labels, number, band)
+                    status = _reduce_band(study, among, dataset, labels, number, band, tile is not None)
                     for source in among:
                         if source.path in surveyed.failing:
                             reasons |= _failures(source, ends, number, band, labels, status)
             write_failures(dataset, grid.control, sorted((*where, why) for where, why in reasons.items()))
             write_events(dataset, *join_events(events, grid.ends, names))
+        if tile:
+            # Its own HDF5 library is loaded only where chunks are copied.
+            from studies.store.copying import copy_numbers
+
+            copy_numbers(sources, temporary, labels, per_state(labels, study.outputs))
         _seal(temporary)
 
 
@@ -162,33 +172,37 @@ def _by_band(sources, H, rows):
     return bands
 
 
-def _reduce_band(study, sources, dataset, labels, number, band):
-    """Copy rows of one end condition from the files that hold them; their status."""
+def _reduce_band(study, sources, dataset, labels, number, band, codes_only):
+    """Put together rows of one end condition from the files that hold them: their status."""
     grid = study.grid
     ends, control = grid.ends[number], grid.control
     potential = CONTROLS[control].potential
     names = [str(name) for name in labels["state"]]
-    H = labels["H"][band]
+    needed = {
+        name: variable
+        for name, variable in per_state(labels, study.outputs).items()
+        if not codes_only or variable.dtype != "f8" or name == potential
+    }
     verdict: dict[str, np.ndarray] = {}
-    for group in _groups(per_state(labels, study.outputs), labels, band):
-        height = _height(group, labels, H.size)
-        for first, among in zip(range(0, H.size, height), _by_band(sources, H, height), strict=True):
-            rows = slice(band.start + first, min(band.start + first + height, band.stop))
+    for group in _groups(needed, labels, band):
+        for rows, columns in _pieces(group, dataset, labels, band):
+            H, prescribed = labels["H"][rows], labels[control][columns]
             values = {
                 name: np.full(
-                    (rows.stop - rows.start, *(labels[dim].size for dim in variable.dims[2:])),
+                    (H.size, prescribed.size, *(labels[dim].size for dim in variable.dims[3:])),
                     variable.missing,
                     variable.dtype,
                 )
                 for name, variable in group.items()
             }
-            for source in among:
-                read_rows(source, group, ends, H[first : first + height], labels[control], names, values)
+            for source in sources:
+                read_rows(source, group, ends, H, prescribed, names, values)
             if "status" in values and study.task.every_root:
                 status = values["status"]
                 status[word_failed(status, names) & (status == Status.NO_EQUILIBRIUM)] = Status.NOT_COMPUTED
             for name, array in values.items():
-                _write(dataset.variables[name], number, rows, array)
+                if not codes_only or array.dtype != "f8":
+                    write(dataset.variables[name], (slice(number, number + 1), rows, columns), array[None])
         verdict |= {name: values[name] for name in ("status", "stability", potential) if name in values}
     stable, preferred = summarise(verdict["status"], verdict["stability"], verdict[potential])
     dataset.variables["stable_count"][number, band] = stable
@@ -214,21 +228,19 @@ def _groups(variables, labels, band):
     yield group
 
 
-def _height(group, labels, rows):
-    """Of so many rows how many are copied together: all, but of what is along the strip as memory allows."""
-    variable = next(iter(group.values()))
+def _pieces(group, dataset, labels, band):
+    """Rows and columns of a band that are put together: all, but of what is along the strip some chunks."""
+    name, variable = next(iter(group.items()))
+    control = variable.dims[2]
     if "s" not in variable.dims:
-        return rows
-    row = np.prod([labels[dim].size for dim in variable.dims[2:]]) * np.dtype(variable.dtype).itemsize
-    return max(1, int(GROUP_BYTES // row))
-
-
-def _write(target, number, rows, values):
-    """Write rows of a variable; chunks with nothing in them are left out."""
-    for state in range(values.shape[2]):
-        plane = values[:, :, state]
-        if plane.dtype != "f8" or not np.isnan(plane).all():
-            target[number, rows, :, state] = plane
+        yield band, slice(0, labels[control].size)
+        return
+    _, height, width, *_ = dataset.variables[name].chunking()
+    chunk = height * width * labels["state"].size * labels["s"].size * np.dtype(variable.dtype).itemsize
+    width *= max(1, int(GROUP_BYTES // chunk))
+    for row in range(band.start, band.stop, height):
+        for column in range(0, labels[control].size, width):
+            yield slice(row, min(row + height, band.stop)), slice(column, column + width)
 
 
 def summarise(status, stability, energy):

@@ -3,15 +3,18 @@
 Not here: what the variables mean (`schema`), the files themselves (`files`).
 """
 
+from math import prod
+
 import numpy as np
 
 from studies.schema import COORDINATES, failure_indices
 
 CHUNK_BYTES = 4_000_000
+"""Of a chunk, at the most."""
 COMPRESSION = {"zlib": True, "complevel": 4, "shuffle": True, "fletcher32": True}
 
 
-def define(dataset, labels, variables, attributes, compressed=True):
+def define(dataset, labels, variables, attributes, tile):
     """Create dimensions, coordinates and variables in an empty dataset.
 
     Parameters
@@ -23,12 +26,14 @@ def define(dataset, labels, variables, attributes, compressed=True):
         All of them must be written: what is not has no defined value.
     attributes : dict
         Global attributes, text or numbers.
-    compressed : bool
-        Whether in chunks that are compressed and have checksums.
+    tile : (int, int) or None
+        Rows and columns of the grid that make a chunk, compressed and with checksums; None for neither.
     """
-    filters = COMPRESSION if compressed else {}
+    filters = COMPRESSION if tile else {}
+    # Only along dimensions without an end are chunks longer than these.
+    least = dict(zip(list(labels)[1:3], tile or (), strict=False))
     for dim, values in labels.items():
-        dataset.createDimension(dim, values.size)
+        dataset.createDimension(dim, values.size if values.size >= least.get(dim, 0) else None)
         write_labels(dataset, dim, values, COORDINATES[dim], filters)
     for name, variable in variables.items():
         sizes = [labels[dim].size for dim in variable.dims]
@@ -36,7 +41,7 @@ def define(dataset, labels, variables, attributes, compressed=True):
             name,
             variable.dtype,
             variable.dims,
-            chunksizes=chunks(variable, sizes) if compressed else None,
+            chunksizes=chunks(variable, sizes, tile) if tile else None,
             fill_value=np.nan if variable.dtype == "f8" else False,
             **filters,
         )
@@ -62,14 +67,33 @@ def write_labels(dataset, dim, values, attributes, filters=COMPRESSION):
     variable[:] = encoded.view("S1").reshape(values.size, width)
 
 
-def chunks(variable, sizes):
-    """Chunk sizes: whole planes of one state up to 4 MB; of shapes, whole strips along the control."""
-    item = np.dtype(variable.dtype).itemsize
-    extra = sizes[4:]
-    room = max(1, CHUNK_BYTES // (item * int(np.prod(extra, initial=1))))
-    columns = min(sizes[2], room)
-    rows = 1 if "s" in variable.dims else max(1, min(sizes[1], room // columns))
+def whole_planes(grid):
+    """The tile where blocks have none: planes of numbers up to 4 MB, in whole rows if they can."""
+    room = CHUNK_BYTES // 8
+    columns = min(len(grid.prescribed), room)
+    return max(1, min(len(grid.H), room // columns)), columns
+
+
+def chunks(variable, sizes, tile):
+    """Chunk sizes: a tile of one state and one contact; of more than 4 MB a part, of which it has many."""
+    rows, columns = tile
+    extra = [1 if dim == "contact" else size for dim, size in zip(variable.dims, sizes, strict=True)][4:]
+    room = max(1, CHUNK_BYTES // (np.dtype(variable.dtype).itemsize * prod(extra)))
+    if columns > room:
+        columns = 1 << (room.bit_length() - 1)
+    rows = max(
+        part for part in range(1, rows + 1) if rows % part == 0 and (part == 1 or part * columns <= room)
+    )
     return [1, rows, columns, 1, *extra][: len(sizes)]
+
+
+def write(target, place, values):
+    """Write values of each state at some ends, rows and columns; chunks with nothing in them are left out."""
+    apart = 5 if "contact" in target.dimensions else 4
+    for among in np.ndindex(values.shape[3:apart]):
+        plane = values[:, :, :, *among]
+        if plane.dtype != "f8" or not np.isnan(plane).all():
+            target[(*place, *among)] = plane
 
 
 def write_failures(dataset, control, failures):

@@ -29,7 +29,7 @@ from studies.sandbox import Lost
 from studies.schema import FORMAT_VERSION, coordinates, per_state
 from studies.store.access import ACCESS
 from studies.store.files import READING_FAILS, opened, read_apart
-from studies.store.layout import define, write_failures
+from studies.store.layout import define, write, write_failures
 from studies.store.provenance import decisive_versions
 from studies.store.transition_table import write_events
 from studies.whole_files import PART, sync, temporary_beside
@@ -82,7 +82,7 @@ def place_of(block):
     return "-".join(f"{number:06d}" for number in block.key)
 
 
-def write_shard(folder, identity, block, outputs, names, arrays, failures, seconds):
+def write_shard(folder, identity, block, outputs, tile, names, arrays, failures, seconds):
     """Write what a block gave.
 
     Parameters
@@ -92,6 +92,8 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
         Of the study.
     block : Block
     outputs : Outputs
+    tile : (int, int) or None
+        That of the plan: the shard then has chunks of the dataset, for `joining` to copy as they are.
     names, arrays, failures
         From `evaluate`.
     seconds : float
@@ -107,11 +109,9 @@ def write_shard(folder, identity, block, outputs, names, arrays, failures, secon
     labels = coordinates((block.ends,), H, block.control, block.prescribed, names, outputs)
 
     def fill(dataset):
-        # Its name tells whether it is intact; to compress it would double what it costs to write and read.
-        attributes = _attributes(identity, seconds)
-        define(dataset, labels, per_state(labels, outputs), attributes, compressed=False)
+        define(dataset, labels, per_state(labels, outputs), _attributes(identity, seconds), tile)
         for name, values in arrays.items():
-            dataset.variables[name][:] = values
+            write(dataset.variables[name], (slice(1), *map(slice, block.shape[1:])), values)
         write_failures(dataset, block.control, failures)
 
     return _store(folder, identity, block, fill)
