@@ -119,7 +119,7 @@ class Plan:
         Raises
         ------
         StudyError
-            If there are more blocks than a run can keep account of.
+            If there are more blocks than a run can keep account of, or one point is too large for a block.
         """
         grid = study.grid
 
@@ -152,8 +152,13 @@ class Plan:
         grid = study.grid
         costs = {ends: costs_of(task, ends, grid.control) for ends in grid.ends}
         per_point = bytes_of(study, task, points=1)
+        if per_point > LARGEST_ARRAY:
+            raise StudyError(
+                f"study {study.name}: the states of one point may take {readable_bytes(per_point)}, and a "
+                f"block holds {readable_bytes(LARGEST_ARRAY)}; use fewer samples of shapes, or fewer states"
+            )
         sizes = [block_points or _block_points(costs[ends], task, grid, per_point) for ends in grid.ends]
-        tile = _tile(grid, min(sizes)) if whole else None
+        tile = _tile(grid, min(sizes))
         if tile:
             sizes = [size - size % prod(tile) for size in sizes]
         blocks: list[Block] = []
@@ -178,7 +183,7 @@ class Plan:
             longest=max(seconds, default=0.0),
             reuse=reuse,
             block_points=block_points,
-            tile=tile,
+            tile=tile if whole else None,
         )
 
     @classmethod
@@ -310,10 +315,10 @@ def _first_places(grid, wanted):
 
 
 def _scattered(grid, number, places, size):
-    """Blocks of points wherever they are, row by row; under prescribed shortening of whole rows."""
+    """Blocks of points wherever they are, row by row; under prescribed shortening whole rows, if they fit."""
     i, j = (place.tolist() for place in places)
     starts = range(0, len(i), size)
-    if grid.control != "P":
+    if grid.control != "P" and size >= len(grid.prescribed):
         starts = np.unique(i, return_index=True)[1][:: max(1, size // len(grid.prescribed))].tolist()
     for start, end in zip(starts, [*starts, len(i)][1:], strict=True):
         H = tuple(map(grid.H.__getitem__, i[start:end]))
@@ -358,8 +363,9 @@ def _block_points(costs, task, grid, bytes_per_point):
     """Grid points of a block: some seconds of work that fit into memory."""
     most = max(1, LARGEST_ARRAY // bytes_per_point)
     if grid.control != "P":
-        # Branches are traced once for each gap, so whole rows belong together.
-        return max(1, min(GAPS_PER_BLOCK, min(most, CHUNK) // len(grid.prescribed))) * len(grid.prescribed)
+        # Branches are traced once for each gap, so whole rows belong together, if they fit into memory.
+        rows = max(1, min(GAPS_PER_BLOCK, min(most, CHUNK) // len(grid.prescribed)))
+        return min(most, rows * len(grid.prescribed))
     contacts = max(name.count("U") + name.count("D") for name in task.names)
     largest = LARGEST_SEARCH if task.every_root and contacts > 1 else LARGEST_BLOCK
     seconds = max(SECONDS_PER_BLOCK, 10 * costs.chunk)

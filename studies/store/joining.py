@@ -124,7 +124,7 @@ def reduce(study, sources, surveyed, out, attributes, events=(), tile=None):
             from studies.store.copying import copy_numbers
 
             copy_numbers(sources, temporary, labels, per_state(labels, study.outputs))
-        _seal(temporary)
+        _seal(temporary, out)
 
 
 @contextmanager
@@ -146,9 +146,15 @@ def joined_labels(study, surveyed):
     return study.task.in_order(name for name in surveyed.names if first_root(name) in asked)
 
 
-def _seal(path):
+def _seal(path, out):
     """Read a finished file back and store the hash of what it holds."""
-    digest = content_hash(path)
+    try:
+        digest = content_hash(path)
+    except StudyError as problem:
+        raise StudyError(
+            f"{out}: what is written does not read back, so shards were damaged while they were joined, or "
+            f"the disk is ({problem}); the same command computes damaged shards again and writes the dataset"
+        ) from None
     with opened(path, "a") as dataset:
         dataset.setncattr("content_hash", digest)
 

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from studies import Study, StudyError
-from studies.design.plan import Reusable
+from studies.design.costs import bytes_of
+from studies.design.plan import LARGEST_ARRAY, Reusable
 from studies.design.refinement import first_points
 from studies.schema import canonical
 
@@ -344,6 +345,18 @@ def test_plan_warns_of_a_huge_dataset_and_solves_nothing(monkeypatch):
     report = Study.from_dict(content).plan().report(workers=2)
     assert any(line.startswith("warning") and "1 GB" in line for line in report)
     assert not any("warning" in line for line in Study.from_dict(GOOD).plan().report(workers=2))
+
+
+@pytest.mark.parametrize("control", ["P", "shortening"])
+def test_blocks_of_many_samples_fit_into_memory_and_a_point_that_cannot_is_refused(control):
+    content = changed("outputs", {"shapes": 100_000})
+    content["grid"] = {"ends": ["clamped-clamped"], "H": [0.05, 0.1], control: RANGE | {"num": 500}}
+    plan = Study.from_dict(content).plan()
+    held = max(bytes_of(plan.study, plan.task, block.points) for block in plan.blocks)
+    assert held <= LARGEST_ARRAY
+    content["states"]["max_contacts"] = 5
+    with pytest.raises(StudyError, match="one point may take 785 MB, and a block holds 400 MB; use fewer"):
+        Study.from_dict(content).plan()
 
 
 def test_a_search_asks_for_first_roots_and_a_list_for_what_it_names():
