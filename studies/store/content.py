@@ -194,7 +194,7 @@ def _bands(variable):
     if variable.ndim < 3:
         return [...]
     ends, all_rows, all_columns, *rest = variable.shape
-    _, rows, columns, *_ = (1, 1, 1) if variable.chunking() == "contiguous" else variable.chunking()
+    rows, columns = (1, 1) if variable.chunking() == "contiguous" else variable.chunking()[1:3]
     column = np.dtype(variable.dtype).itemsize * prod(rest)
     columns *= max(1, BAND_BYTES // (column * columns))
     if rows > 1 or columns >= all_columns:
