@@ -86,7 +86,7 @@ def loading_path(
         stability[rows] = solution.stability
         state[rows] = stretch.state.name
     if stopped:
-        state[len(stretches) :] = _unfollowed(stretches[-1:], stopped, prescribed[len(stretches) :])
+        state[len(stretches) :] = _unfollowed(stopped, prescribed[len(stretches) :])
     values[control] = prescribed
     columns = {name: (values[name], VARIABLES[name].attributes) for name in VALUES}
     columns["state"] = (
@@ -115,12 +115,10 @@ def loading_path(
     return dataset.assign({name: dataset[name].astype(object) for name in ("state", "other_state")})
 
 
-def _unfollowed(last, stopped, prescribed):
+def _unfollowed(stopped, prescribed):
     """States of the steps at which the strip is no longer followed, (steps,)."""
-    if stopped.lost or not last:
-        return np.full(prescribed.size, UNKNOWN)
     beyond = (prescribed > stopped.value) == (prescribed[0] > stopped.value)
-    return np.where(np.logical_and.accumulate(beyond), last[0].state.name + UNKNOWN, UNKNOWN)
+    return np.where(np.logical_and.accumulate(beyond), stopped.untold, UNKNOWN)
 
 
 def _event_columns(events, steps, control):

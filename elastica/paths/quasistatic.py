@@ -51,15 +51,15 @@ class Passage(NamedTuple):
         The prescribed quantity at which it happens.
     reason : str
         Why it cannot be told.
-    lost : bool
-        Whether the state is lost; if not, it goes on, but is not followed.
+    untold : str
+        Name of the state if `stretch` is None: it goes on, as "UD?", but is not followed, or is lost, "?".
     """
 
     stretch: Stretch | None
     jump: bool
     value: float
     reason: str = ""
-    lost: bool = True
+    untold: str = UNKNOWN
 
 
 class Loading:
@@ -177,7 +177,7 @@ class Loading:
                 f"{stretch.state.name} goes on beyond {self.control.name} = {value:.9g}, but following it "
                 f"ends there, where it turns by {angle:.0f} degrees"
             )
-            return Passage(None, False, value, reason, lost=False)
+            return Passage(None, False, value, reason, stretch.state.name + UNKNOWN)
         return self._fallen(stretch, upper)
 
     def _onward(self, stretch, upper):

@@ -260,8 +260,7 @@ def jumps(pieces, control, prescribed, ends, H):
             continue
         event = loading.passage(stretch, upper)
         if event.stretch is None:
-            name = "?" if event.lost else f"{stretch.state.name}?"
-            found.append(Jump(control, stretch.state.name, name, start, {}))
+            found.append(Jump(control, stretch.state.name, event.untold, start, {}))
         elif event.jump:
             there = _values(event.stretch.at(np.array([event.value])), slice(None))
             stop = {q: values[0] for q, values in there.items()}

@@ -184,6 +184,17 @@ def test_where_following_ends_is_not_where_a_state_ends():
         theta = found.theta
 
 
+@pytest.mark.parametrize(
+    ("shortening", "states", "jump"),
+    [([0.4], ["UD?"], [False]), ([0.0, 0.4, 0.1], ["0", "UD?", "?"], [False, True, False])],
+)
+def test_where_following_ends_on_the_way_the_state_is_the_one_at_its_end(shortening, states, jump):
+    """Straight at the step before, or with no step before, the strip is UD when it is followed no more."""
+    path = loading_path(CC, 0.143, shortening=shortening)
+    assert (words(path), path["jump"].values.tolist()) == (states, jump)
+    assert path.attrs["stopped"].startswith("UD goes on beyond shortening = 0.3324")
+
+
 def test_chains_that_disagree_are_named():
     loading = Loading(Scene(parse_ends(CC), np.array([0.05])), LOAD)
     arc = loading.through(elastica.solve("UD", P=8.0, H=0.05))
