@@ -2,7 +2,7 @@
 
 A catalog is a folder with `index.json` and the datasets that it names.
 
-Not here: how a dataset gets in and is verified (`archive`).
+Not here: how a dataset gets in and is verified (`keeping`).
 """
 
 import json

@@ -89,7 +89,7 @@ def _name_bad(catalog):
 @FOLDER
 def add(file, folder):
     """Move a dataset into the catalog."""
-    from studies.archive.archive import add as add_file
+    from studies.archive.keeping import add as add_file
 
     say(f"{folder / add_file(folder, file)}")
 
@@ -105,9 +105,9 @@ def add(file, folder):
 @FOLDER
 def verify(folder, sample):
     """Check every dataset: its hash, its attributes, and a sample of its values."""
-    from studies.archive.archive import strays
-    from studies.archive.archive import verify as verify_all
     from studies.archive.catalog import Catalog
+    from studies.archive.keeping import strays
+    from studies.archive.keeping import verify as verify_all
 
     everything = Catalog.read(folder)
     bad = 0

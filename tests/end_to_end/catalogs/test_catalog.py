@@ -11,8 +11,8 @@ from end_to_end.processes import elastica
 from netCDF4 import Dataset
 
 import studies
-from studies.archive.archive import _write
 from studies.archive.catalog import Catalog
+from studies.archive.keeping import _write
 from studies.store.content import content_hash
 
 

@@ -8,9 +8,9 @@ from end_to_end.catalogs.command import catalog
 from netCDF4 import Dataset
 
 import studies
-from studies.archive import archive
-from studies.archive.archive import _write
+from studies.archive import keeping
 from studies.archive.catalog import Catalog
+from studies.archive.keeping import _write
 from studies.store.content import content_hash
 
 
@@ -79,7 +79,7 @@ def test_verify_solves_a_sample_again_and_looks_at_the_attributes(archived):
     entry = Catalog.read(archived).entries["small.nc"]
     changed = {
         "content_hash": content_hash(path),
-        "sha256": archive._sha256(path),
+        "sha256": keeping._sha256(path),
         "bytes": path.stat().st_size,
     }
     _write(Catalog(archived, {"small.nc": entry.model_copy(update=changed)}))

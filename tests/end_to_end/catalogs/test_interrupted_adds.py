@@ -11,9 +11,9 @@ from end_to_end.catalogs.command import SHIPPED, catalog
 from end_to_end.processes import start
 from netCDF4 import Dataset
 
-from studies.archive import archive
-from studies.archive.archive import _write
+from studies.archive import keeping
 from studies.archive.catalog import Catalog
+from studies.archive.keeping import _write
 from studies.running.lock import one_at_a_time
 from studies.store.content import content_hash
 
@@ -38,7 +38,7 @@ def test_adds_at_the_same_time_lose_no_entry(tmp_path, other_file):
 def test_an_add_reads_the_index_when_the_one_before_has_written_it(archived, other_file, tmp_path):
     shutil.copy(other_file, tmp_path / "other.nc")
     before = Catalog.read(archived)
-    thread = Thread(target=archive.add, args=(archived, tmp_path / "other.nc"))
+    thread = Thread(target=keeping.add, args=(archived, tmp_path / "other.nc"))
     with one_at_a_time(archived / "index.lock", 1):
         thread.start()
         thread.join(1.5)
@@ -49,7 +49,7 @@ def test_an_add_reads_the_index_when_the_one_before_has_written_it(archived, oth
 
 
 def test_a_lock_that_is_never_released_is_named(archived, other_file, tmp_path, monkeypatch):
-    monkeypatch.setattr(archive, "PATIENCE", 0.1)
+    monkeypatch.setattr(keeping, "PATIENCE", 0.1)
     shutil.copy(other_file, tmp_path / "other.nc")
     lock = archived / "index.lock"
     lock.write_text(json.dumps({"host": "far-away", "boot": "b", "pid": 7, "started": 1.7e9}))
@@ -71,7 +71,7 @@ def test_an_add_that_stops_half_way_loses_nothing_and_can_be_repeated(
         raise OSError(28, "No space left on device", str(archived))
 
     with monkeypatch.context() as broken:
-        broken.setattr(archive, moment, stop)
+        broken.setattr(keeping, moment, stop)
         stopped = catalog("add", source, folder=archived)
     assert (stopped.exit_code, "No space left" in stopped.output) == (2, True)
     assert source.read_bytes() == other_file.read_bytes()
@@ -122,7 +122,7 @@ def test_a_file_that_takes_the_place_of_the_one_added_is_not_removed(
         os.replace(tmp_path / "newer", source)
         _write(catalog)
 
-    monkeypatch.setattr(archive, "_write", replace)
+    monkeypatch.setattr(keeping, "_write", replace)
     added = catalog("add", source, folder=archived)
     assert added.exit_code == 0, added.output
     assert source.read_text() == "a day of work"
@@ -136,7 +136,7 @@ def test_what_is_added_is_what_was_read(archived, other_file, tmp_path, monkeypa
     """Whenever another file comes in between, nothing is added and nothing is removed."""
     source = tmp_path / "other.nc"
     index = (archived / "index.json").read_text()
-    for name, original in (("describe", archive.describe), ("_name", archive._name)):
+    for name, original in (("describe", keeping.describe), ("_name", keeping._name)):
         shutil.copy(other_file, source)
 
         def replacing(*arguments, original=original):
@@ -146,7 +146,7 @@ def test_what_is_added_is_what_was_read(archived, other_file, tmp_path, monkeypa
             return answer
 
         with monkeypatch.context() as patched:
-            patched.setattr(archive, name, replacing)
+            patched.setattr(keeping, name, replacing)
             refused = catalog("add", source, folder=archived)
         assert (refused.exit_code, "add it again" in refused.output) == (2, True), refused.output
         assert source.read_bytes() == SHIPPED.read_bytes()
@@ -158,12 +158,12 @@ def test_a_name_that_appears_in_the_folder_is_not_overwritten(archived, other_fi
     source = tmp_path / "other.nc"
     shutil.copy(other_file, source)
 
-    def appearing(*arguments, original=archive._name):
+    def appearing(*arguments, original=keeping._name):
         name = original(*arguments)
         (archived / name).write_text("a day of work")
         return name
 
-    monkeypatch.setattr(archive, "_name", appearing)
+    monkeypatch.setattr(keeping, "_name", appearing)
     refused = catalog("add", source, folder=archived)
     assert (refused.exit_code, refused.output.count("\n")) == (2, 1)
     assert (archived / "other.nc").read_text() == "a day of work"

@@ -12,8 +12,8 @@ import pytest
 from end_to_end.outputs.tiny import HERE, PART, PLAN, STUDY, names
 
 from studies import StudyError
-from studies.archive.archive import add
 from studies.archive.catalog import INDEX
+from studies.archive.keeping import add
 from studies.running.lock import sole_writer
 from studies.running.output import is_done
 from studies.running.runner import compute

@@ -13,7 +13,7 @@ from end_to_end.processes import elastica
 
 import studies
 from studies import StudyError
-from studies.archive.archive import add
+from studies.archive.keeping import add
 from studies.running.lock import sole_writer
 from studies.running.output import is_done
 from studies.running.runner import compute
@@ -153,10 +153,10 @@ def test_a_study_file_whose_name_is_not_utf8_is_computed_and_its_command_is_kept
 
 
 def test_a_file_that_is_replaced_while_it_enters_a_catalog_is_refused(out, monkeypatch):
-    from studies.archive import archive
+    from studies.archive import keeping
 
     studies.run(STUDY, out, workers=0).close()
-    proved, original = out.read_bytes(), archive._sha256
+    proved, original = out.read_bytes(), keeping._sha256
 
     def replacing(path):
         digest = original(path)
@@ -166,7 +166,7 @@ def test_a_file_that_is_replaced_while_it_enters_a_catalog_is_refused(out, monke
 
     catalogs = out.with_name("catalogs")
     catalogs.mkdir()
-    monkeypatch.setattr(archive, "_sha256", replacing)
+    monkeypatch.setattr(keeping, "_sha256", replacing)
     with pytest.raises(StudyError, match=r"tiny\.nc: this file was changed, or replaced by another, since"):
         add(catalogs, out)
     assert out.read_bytes() == proved
