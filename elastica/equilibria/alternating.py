@@ -12,8 +12,19 @@ import numpy as np
 
 from elastica.equilibria.buckled import just_touching
 from elastica.equilibria.line import line_roots
-from elastica.equilibria.newton import ROUNDING, Roots, newton, regular, total_length
-from elastica.equilibria.small_deflections import from_small_deflections, gentle_gap
+from elastica.equilibria.newton import (
+    ROUNDING,
+    Roots,
+    below_right_angles,
+    newton,
+    regular,
+    total_length,
+)
+from elastica.equilibria.small_deflections import (
+    from_small_deflections,
+    gentle_gap,
+    small_deflection,
+)
 from elastica.equilibria.widening import move_walls, widening
 from elastica.pendulum.line import rough_line_length
 
@@ -56,15 +67,21 @@ def alternating(segments, table):
     roots.put(close[flattened], line.at(flattened))
 
     leaving = np.flatnonzero((slack[close] > LONGER) & (slack[close] < LEAVING))
-    at = close[leaving]
-    roots.put(at, _from_line(segments, p[at], scene.at(at), line.lam[:, leaving]))
+    sought = slack > LONGER
+    gentle = sought & (scene.H <= gentle_gap(segments, p))
+    from_line = close[leaving]
+    others = gentle.copy()
+    others[from_line] = False
+    others = np.flatnonzero(others)
+    near = _from_nearest(segments, p, scene, from_line, line.lam[:, leaving], others)
+    roots.put(np.concatenate([from_line, others]), near)
 
-    sought = (slack > LONGER) & ~roots.found
-    gentle = np.flatnonzero(sought & (scene.H <= gentle_gap(segments, p)))
-    roots.put(gentle, from_small_deflections(segments, p[gentle], scene.at(gentle)))
+    again = from_line[gentle[from_line] & ~roots.found[from_line]]
+    roots.put(again, from_small_deflections(segments, p[again], scene.at(again)))
 
     steep = np.flatnonzero(sought & ~roots.found)
-    roots.put(steep, _by_moving_walls(segments, p[steep], scene.at(steep)))
+    if steep.size:
+        roots.put(steep, _by_moving_walls(segments, p[steep], scene.at(steep)))
     return roots
 
 
@@ -96,10 +113,32 @@ def _slack(segments, p, scene):
     return slack, close, line
 
 
-def _from_line(segments, p, scene, lam):
-    """Newton from the line state that the points are about to leave: κ grows from 0 as they get longer."""
-    roots = newton(segments, p, scene, np.zeros_like(p), lam)
-    roots.found[:] &= regular(segments, p, roots, -1)
+def _from_nearest(segments, p, scene, from_line, lam, others):
+    """Newton from the line state that points are about to leave, others from small deflections.
+
+    Parameters
+    ----------
+    segments : Mapping of Segment to int
+    p : ndarray, shape (n,)
+    scene : Scene
+        Of the n points.
+    from_line, others : ndarray of int
+        Positions of the points.
+    lam : ndarray, shape (distinct segments, m)
+        Of the line states; from there κ grows from 0 as the segments get longer.
+
+    Returns
+    -------
+    Roots
+        Of the points `from_line`, then of the others.
+    """
+    kappa, force = small_deflection(segments, p[others], scene.at(others))
+    kappa = np.concatenate([np.zeros(from_line.size), kappa])
+    at = np.concatenate([from_line, others])
+    roots = newton(segments, p[at], scene.at(at), kappa, np.concatenate([lam, force], axis=1))
+    first, rest = slice(from_line.size), slice(from_line.size, None)
+    roots.found[first] &= regular(segments, p[from_line], roots.at(first), -1)
+    roots.found[rest] &= below_right_angles(segments, p[others], roots.at(rest))
     return roots
 
 

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from elastica.convergence import diverged, small, stagnated
-from elastica.pendulum.segments import arc, below_right_angle, geometry, length, pendulum
+from elastica.pendulum.segments import arc, below_right_angle, geometry, length, pendulum, resultant
 
 MOST_STEPS = 60
 ROUNDING = np.finfo(float).eps
@@ -55,15 +55,6 @@ class Roots(NamedTuple):
         self.kappa[where] = other.kappa
         self.lam[:, where] = other.lam
 
-    def move(self, where, p, step_kappa, step_lam):
-        """Take a step at some points, shortened where it leads too far; gives its full relative size."""
-        here = p[where], self.kappa[where], self.lam[:, where]
-        size = _relative(step_kappa, step_lam, *here)
-        step_kappa, step_lam = _stay_inside(*here, step_kappa, step_lam)
-        self.kappa[where] = here[1] + step_kappa
-        self.lam[:, where] = here[2] + step_lam
-        return size
-
 
 def newton(segments, p, scene, kappa, lam, bracket=None, most_steps=MOST_STEPS):
     """Solve the arrow system from a start; each point stops on its own test.
@@ -87,28 +78,17 @@ def newton(segments, p, scene, kappa, lam, bracket=None, most_steps=MOST_STEPS):
     -------
     Roots
     """
-    roots = Roots(np.zeros(p.size, bool), kappa.copy(), lam.copy())
-    live = np.arange(p.size)
-    previous = np.full(p.size, np.inf)
-    for _ in range(most_steps):
-        if not live.size:
-            break
-        here = p[live], roots.kappa[live], roots.lam[:, live]
-        arrow = arrow_system(segments, here[0], scene.at(live), *here[1:])
-        rises = _relative(np.zeros(live.size), arrow.across, *here)
+    def move(arrow, live, kappa):
         step, replaced = -arrow.excess / arrow.pivot, np.zeros(live.size, bool)
+        rises = arrow.relative(np.zeros(live.size), arrow.across)
         if bracket is not None:
             known = sign_known(arrow.excess, rises)
-            step, replaced = bracket.confine(live, here[1], arrow.excess, known, step)
-        size = roots.move(live, p, step, arrow.across + arrow.along * step)
+            step, replaced = bracket.confine(live, kappa, arrow.excess, known, step)
         # A step to the middle is small when the interval is, whatever is in it.
-        converged = small(size) & (~replaced | _met(arrow.excess))
-        converged |= stagnated(size, previous[live]) & _met(arrow.excess)
-        converged |= _exact(arrow.excess) & small(rises)
-        roots.found[live] = converged
-        previous[live] = size
-        live = live[~converged & ~diverged(size)]
-    return roots
+        trusted = ~replaced | _met(arrow.excess)
+        return step, trusted, _met(arrow.excess), _exact(arrow.excess) & small(rises)
+
+    return _iterate(segments, p, scene, kappa, lam, move, most_steps)
 
 
 def newton_at(segments, p, scene, kappa, lam, most_steps=MOST_STEPS):
@@ -116,17 +96,43 @@ def newton_at(segments, p, scene, kappa, lam, most_steps=MOST_STEPS):
 
     Parameters and what is returned are those of `newton`.
     """
+
+    def stay(arrow, live, kappa):
+        return np.zeros(live.size), True, True, False
+
+    return _iterate(segments, p, scene, kappa, lam, stay, most_steps)
+
+
+def _iterate(segments, p, scene, kappa, lam, move, most_steps):
+    """Newton for the rises, while `move` gives the steps of κ; points that have arrived are put aside.
+
+    Parameters
+    ----------
+    move : callable
+        Of `Arrow`, positions (m,) and κ (m,) of points; gives the steps (m,) and, as bool (m,), whether a
+        small step is the last one, whether one that stagnates is, and whether the point is exact already.
+    """
     roots = Roots(np.zeros(p.size, bool), kappa.copy(), lam.copy())
     live = np.arange(p.size)
     previous = np.full(p.size, np.inf)
     for _ in range(most_steps):
         if not live.size:
             break
-        arrow = arrow_system(segments, p[live], scene.at(live), kappa[live], roots.lam[:, live])
-        size = roots.move(live, p, np.zeros(live.size), arrow.across)
-        roots.found[live] = small(size) | stagnated(size, previous[live])
-        previous[live] = size
-        live = live[~roots.found[live] & ~diverged(size)]
+        arrow = arrow_system(segments, p, scene, kappa, lam)
+        step, trusted, met, exact = move(arrow, live, kappa)
+        step_lam = arrow.across + arrow.along * step
+        size = arrow.relative(step, step_lam)
+        step, step_lam = _stay_inside(p, kappa, lam, step, step_lam)
+        kappa, lam = kappa + step, lam + step_lam
+        found = small(size) & trusted | stagnated(size, previous) & met | exact
+        over = found | diverged(size)
+        if over.any():
+            roots.put(live[over], Roots(found[over], kappa[over], lam[:, over]))
+            left = np.flatnonzero(~over)
+            live, p, kappa, lam, size = live[left], p[left], kappa[left], lam[:, left], size[left]
+            scene = scene.at(left)
+        previous = size
+    roots.put(live, Roots(np.zeros(live.size, bool), kappa, lam))
     return roots
 
 
@@ -134,27 +140,37 @@ class Arrow(NamedTuple):
     """The arrow system after elimination of the λ_j at n points.
 
     `excess` is Σnℓ − 1 once the rises are corrected to first order, `pivot` its derivative ΣnD with
-    respect to κ; λ_j changes by `across` + `along` δκ.
+    respect to κ; λ_j changes by `across` + `along` δκ. Like κ, λ_j/`root_F` is a curvature, and `scale`
+    is the largest of them.
     """
 
     excess: np.ndarray
     pivot: np.ndarray
     across: np.ndarray
     along: np.ndarray
+    root_F: np.ndarray
+    scale: np.ndarray
+
+    def relative(self, step_kappa, step_lam):
+        """Size of a step relative to the state, shape (n,)."""
+        return np.maximum(np.abs(step_kappa), np.abs(step_lam / self.root_F).max(axis=0)) / self.scale
 
 
 def arrow_system(segments, p, scene, kappa, lam):
     """Evaluate the arrow system for `segments` at κ (n,) and λ (distinct segments, n)."""
-    along, across = np.empty_like(lam), np.empty_like(lam)
+    along, across, root_F = np.empty((3, *lam.shape))
     excess: Any = -1.0
     pivot: Any = 0.0
     for j, (segment, count) in enumerate(segments.items()):
-        g = geometry(arc(segment.kind, pendulum(p, kappa, lam[j])))
+        q = pendulum(p, kappa, lam[j])
+        g = geometry(arc(segment.kind, q))
+        root_F[j] = q.r
         along[j] = -g.rise_kappa / g.rise_lam
         across[j] = (scene.rise(segment) - g.rise) / g.rise_lam
         excess = excess + count * (g.length + g.length_lam * across[j])
         pivot = pivot + count * (g.length_kappa + g.length_lam * along[j])
-    return Arrow(excess, pivot, across, along)
+    scale = np.maximum(kappa, np.abs(lam / root_F).max(axis=0))
+    return Arrow(excess, pivot, across, along, root_F, scale)
 
 
 class Bracket(NamedTuple):
@@ -231,20 +247,12 @@ def _stay_inside(p, kappa, lam, step_kappa, step_lam):
     if backwards.any():
         shrink[backwards] = -0.9 * kappa[backwards] / step_kappa[backwards]
     for _ in range(50):
-        F = np.hypot(p, lam + shrink * step_lam).min(axis=0)
+        F = resultant(p, lam + shrink * step_lam).min(axis=0)
         outside = (kappa + shrink * step_kappa) ** 2 >= 2 * (F + p) * (1 - 1e-15)
         if not outside.any():
             break
         shrink[outside] *= 0.5
     return shrink * step_kappa, shrink * step_lam
-
-
-def _relative(step_kappa, step_lam, p, kappa, lam):
-    """Size of a step relative to the state: κ and λ/√F are both curvatures."""
-    root_F = np.sqrt(np.hypot(p, lam))
-    scale = np.maximum(kappa, np.abs(lam / root_F).max(axis=0))
-    step = np.maximum(np.abs(step_kappa), np.abs(step_lam / root_F).max(axis=0))
-    return step / scale
 
 
 def sign_known(excess, rises):

@@ -16,7 +16,7 @@ LARGEST_PHASE = np.pi / 2 - 1e-3
 
 def from_small_deflections(segments, p, scene):
     """Newton from the small-deflection form; what is steeper than 90° may lie on any branch: not found."""
-    roots = newton(segments, p, scene, *_small_deflection(segments, p, scene))
+    roots = newton(segments, p, scene, *small_deflection(segments, p, scene))
     roots.found[:] &= below_right_angles(segments, p, roots)
     return roots
 
@@ -31,7 +31,7 @@ def quarter(segments):
     return max(segment.rise / (segment.kind.first + segment.kind.second) for segment in segments)
 
 
-def _small_deflection(segments, p, scene):
+def small_deflection(segments, p, scene):
     """κ and λ of the linear strip θ'' + pθ = λ when all segments share one phase φ₀.
 
     With t = n_K π/2 + n_f φ₀ a segment has √p ℓ = t and p d = κ (n_f + t tan φ₀). A spring end is taken

@@ -155,6 +155,11 @@ class Pendulum(NamedTuple):
         return 2 * np.arctan2(np.sqrt(self.m), np.sqrt(self.m1))
 
 
+def resultant(p, lam):
+    """F = √(p² + λ²); NumPy's hypot, which minds the range of numbers, takes as long as twenty additions."""
+    return np.sqrt(p * p + lam * lam)
+
+
 def pendulum(p, kappa, lam, m1=None):
     """Set up the pendulum for thrust p, shared curvature κ ≥ 0 and force λ.
 
@@ -170,17 +175,18 @@ def pendulum(p, kappa, lam, m1=None):
     -------
     Pendulum
     """
-    F = np.hypot(p, lam)
+    F = resultant(p, lam)
     r = np.sqrt(F)
-    root = np.sqrt(2 * F * (F + p))
-    sin_half = lam / root
-    cos_half = (F + p) / root
-    quarter = kappa * kappa / (4 * F)
+    sum_of_both = F + p
+    root = np.sqrt(2 * F * sum_of_both)
+    sin_half, cos_half = lam / root, sum_of_both / root
+    swing = kappa / (2 * r)
+    quarter = swing * swing
     m = np.minimum(quarter + sin_half * sin_half, 1.0)
     by_kappa = cos_half * cos_half - quarter
     m1 = by_kappa if m1 is None else np.where(np.isnan(m1), by_kappa, m1)
     sqrt_m = np.sqrt(np.maximum(m, TINY))
-    K, DK, f, Df = integrals(m1, sin_half / sqrt_m, kappa / (2 * r * sqrt_m))
+    K, DK, f, Df = integrals(m1, sin_half / sqrt_m, swing / sqrt_m)
     return Pendulum(p, kappa, lam, F, r, m, m1, sin_half, cos_half, K, DK, f, Df)
 
 
@@ -328,15 +334,17 @@ def _phase_slopes(piece):
         F_m = F_m - (end.F - end.D - end.sin * end.cos / end.delta)
     F_m = F_m / (2 * q.m1)
     W_m = -piece.D - F_m
-    F_kappa, F_lam = F_m * q.m_kappa, F_m * q.m_lam
-    W_kappa, W_lam = W_m * q.m_kappa, W_m * q.m_lam
+    m_kappa, m_lam = q.m_kappa, q.m_lam
+    F_kappa, F_lam = F_m * m_kappa, F_m * m_lam
+    W_kappa, W_lam = W_m * m_kappa, W_m * m_lam
     jump_kappa, jump_lam = second, 0.0
     if second:
         phi_kappa = (-2 * second) * r * sin_half / four_F_m
         phi_lam = second * kappa * cos_half / (four_F_m * r)
-        W_phi = 2 * cos_half - 1 / cos_half
-        F_kappa = F_kappa + phi_kappa / cos_half
-        F_lam = F_lam + phi_lam / cos_half
+        F_phi = 1 / cos_half
+        W_phi = 2 * cos_half - F_phi
+        F_kappa = F_kappa + F_phi * phi_kappa
+        F_lam = F_lam + F_phi * phi_lam
         W_kappa = W_kappa + W_phi * phi_kappa
         W_lam = W_lam + W_phi * phi_lam
     for end in piece.spring_ends:
@@ -344,27 +352,25 @@ def _phase_slopes(piece):
         F_kappa, F_lam = F_kappa - eta_kappa / end.delta, F_lam - eta_lam / end.delta
         W_kappa, W_lam = W_kappa - end.W_eta * eta_kappa, W_lam - end.W_eta * eta_lam
         bend = 2 * end.sigma * r * np.sqrt(m)
-        jump_kappa = jump_kappa + bend * (end.cos * q.m_kappa / (2 * m) - end.sin * eta_kappa)
-        jump_lam = jump_lam + bend * (end.cos * (q.m_lam / (2 * m) + q.ln_r_lam) - end.sin * eta_lam)
+        jump_kappa = jump_kappa + bend * (end.cos * m_kappa / (2 * m) - end.sin * eta_kappa)
+        jump_lam = jump_lam + bend * (end.cos * (m_lam / (2 * m) + q.ln_r_lam) - end.sin * eta_lam)
     return _PhaseSlopes(F_kappa, F_lam, W_kappa, W_lam, jump_kappa, jump_lam)
 
 
 def _geometry(piece, slopes):
     """Length and rise of an arc by the chain rule."""
     q, W, jump = piece.q, piece.W, piece.jump
-    r, cos_alpha, sin_alpha = q.r, q.cos_alpha, q.sin_alpha
-    alpha_lam, ln_r_lam = cos_alpha / q.F, sin_alpha / (2 * q.F)
+    cos_alpha, sin_alpha = q.cos_alpha, q.sin_alpha
+    per_r, alpha_lam, ln_r_lam = 1 / q.r, cos_alpha / q.F, sin_alpha / (2 * q.F)
+    across = sin_alpha * per_r
     g = Geometry(
-        length=piece.F / r,
-        rise=jump * alpha_lam + sin_alpha * W / r,
-        length_kappa=slopes.F_kappa / r,
-        length_lam=(slopes.F_lam - ln_r_lam * piece.F) / r,
-        rise_kappa=slopes.jump_kappa * alpha_lam + sin_alpha * slopes.W_kappa / r,
-        rise_lam=(
-            slopes.jump_lam * alpha_lam
-            - 2 * jump * alpha_lam * sin_alpha / q.F
-            + (cos_alpha * alpha_lam * W + sin_alpha * (slopes.W_lam - ln_r_lam * W)) / r
-        ),
+        length=piece.F * per_r,
+        rise=jump * alpha_lam + across * W,
+        length_kappa=slopes.F_kappa * per_r,
+        length_lam=(slopes.F_lam - ln_r_lam * piece.F) * per_r,
+        rise_kappa=slopes.jump_kappa * alpha_lam + across * slopes.W_kappa,
+        rise_lam=(slopes.jump_lam - 4 * jump * ln_r_lam + cos_alpha * per_r * W) * alpha_lam
+        + across * (slopes.W_lam - ln_r_lam * W),
     )
     # Where the ends of a free shape meet, it turns with the force at no cost: 0/0 is to be 0.
     g.rise_lam[g.rise_lam == 0] = TINY
