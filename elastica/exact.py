@@ -60,8 +60,11 @@ def solve(state, scene, control, prescribed):
     arrays = blank(state, scene)
     arrays["status"][usable] = Status.NO_EQUILIBRIUM
     arrays["status"][at[lost]] = Status.NOT_FOLLOWED
-    for name, value in values.items():
-        arrays[name][at[found]] = value
+    if found.size == prescribed.size:
+        arrays |= values
+    else:
+        for name, value in values.items():
+            arrays[name][at[found]] = value
     arrays[control.name] = prescribed
     return Solution(state, scene.ends, control.name, **arrays, reasons=reasons)
 

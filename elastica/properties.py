@@ -9,10 +9,12 @@ themselves (`equilibria`).
 """
 
 from dataclasses import dataclass, field, fields
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from elastica.blocks import blocks
 from elastica.codes import Stability, Status
 from elastica.equilibria.admissibility import clearance
 from elastica.equilibria.branch import bordered
@@ -242,20 +244,31 @@ def bent(state, scene, found, control):
     dict of str to ndarray, shape (m, ...)
         The array attributes of `Solution`.
     """
-    if (found.periods == found.periods[:, :1]).all():
-        patterns, member = found.periods[:, :1], np.zeros(scene.size, int)
-    else:
-        patterns, member = np.unique(found.periods, axis=1, return_inverse=True)
     values = {}
-    for number, periods in enumerate(patterns.T):
-        columns = np.flatnonzero(member.ravel() == number)
-        segments = state.segments(scene.ends, periods)
-        own = found.at(columns)
+    for periods, columns in _alike(found.periods):
+        segments, own = state.segments(scene.ends, periods), found.at(columns)
         for name, value in _of_pattern(state, segments, scene.at(columns), own, control).items():
             if name not in values:
                 values[name] = np.empty((scene.size, *value.shape[1:]), value.dtype)
             values[name][columns] = value
     return values
+
+
+def _alike(periods):
+    """Blocks of equilibria that share their segments.
+
+    Yields
+    ------
+    periods : ndarray of int, shape (segments,)
+    columns : slice or ndarray of int
+    """
+    if (periods == periods[:, :1]).all():
+        yield from ((periods[:, 0], block) for block in blocks(periods.shape[1]))
+        return
+    patterns, member = np.unique(periods, axis=1, return_inverse=True)
+    for number, pattern in enumerate(patterns.T):
+        alike = np.flatnonzero(member.ravel() == number)
+        yield from ((pattern, alike[block]) for block in blocks(alike.size))
 
 
 class Parts(NamedTuple):
@@ -299,8 +312,12 @@ class Parts(NamedTuple):
 
 def contact_positions(lengths, flat):
     """Arc lengths at which the contacts begin, shape (contacts, n): several lines share what lies flat."""
-    contacts = len(lengths) - 1
-    return np.cumsum(lengths, axis=0)[:contacts] + flat / max(contacts, 1) * np.arange(contacts)[:, None]
+    begins = lengths[:-1].copy()
+    for before, begin in pairwise(begins):
+        begin += before
+    for number, begin in enumerate(begins):
+        begin += flat * (number / len(begins))
+    return begins
 
 
 def _of_pattern(state, order, scene, found, control):

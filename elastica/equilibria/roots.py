@@ -15,7 +15,7 @@ from elastica.equilibria.admissibility import clearance
 from elastica.equilibria.alternating import alternating, has_single_root, is_longer
 from elastica.equilibria.buckled import buckled_at_load, periodic
 from elastica.equilibria.lengths import LengthTable
-from elastica.equilibria.newton import total_length
+from elastica.equilibria.newton import rows_at, total_length
 from elastica.equilibria.periods import groups, most_periods, unsearched
 from elastica.equilibria.sweep import every_root
 from elastica.pendulum.elliptic import complementary_parameter
@@ -52,7 +52,7 @@ class Equilibria(NamedTuple):
 
     def at(self, where):
         """Some of the equilibria."""
-        return Equilibria(*(field[..., where] for field in self))
+        return Equilibria(*(f[where] if f.ndim == 1 else rows_at(f, where) for f in self))
 
 
 def find(state, p, scene):
@@ -243,6 +243,8 @@ def spread(plain, group, points, roots, p, number=2):
 
 def joined_columns(parts):
     """Columns of several equilibria side by side."""
+    if len(parts) == 1:
+        return parts[0]
     return Equilibria(*(np.concatenate(fields, axis=-1) for fields in zip(*parts, strict=True)))
 
 

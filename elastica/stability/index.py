@@ -202,20 +202,18 @@ def sliding_segments(segments, ends):
 
 
 def verdict(index, critical, third_order=False, family=False):
-    """Stability code: the first that applies, in the order written here, otherwise stable.
+    """Stability code: the last that applies, in the order written here, otherwise stable.
 
     Returns
     -------
     ndarray of int8, shape (n,)
     """
-    third_order, family = (np.broadcast_to(flag, index.shape) for flag in (third_order, family))
-    return np.select(
-        [index > 0, third_order, critical, family],
-        [
-            Stability.UNSTABLE,
-            Stability.UNSTABLE_THIRD_ORDER,
-            Stability.CRITICAL,
-            Stability.NEUTRAL_FAMILY,
-        ],
-        Stability.STABLE,
-    ).astype(np.int8)
+    code = np.full(index.shape, Stability.STABLE, np.int8)
+    for where, value in (
+        (family, Stability.NEUTRAL_FAMILY),
+        (critical, Stability.CRITICAL),
+        (third_order, Stability.UNSTABLE_THIRD_ORDER),
+        (index > 0, Stability.UNSTABLE),
+    ):
+        np.copyto(code, value, where=where)
+    return code
