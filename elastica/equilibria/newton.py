@@ -85,6 +85,7 @@ def newton(segments, p, scene, kappa, lam, bracket=None, most_steps=MOST_STEPS):
     -------
     Roots
     """
+
     def move(arrow, live, kappa):
         step, replaced = -arrow.excess / arrow.pivot, np.zeros(live.size, bool)
         rises = arrow.relative(np.zeros(live.size), arrow.across)

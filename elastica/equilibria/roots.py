@@ -191,10 +191,12 @@ def _others(state, p, scene, table=None):
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
                 sweep = every_root(group.segments, shared)
-                place = points[sweep.points]
-                found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
-                place = points[sweep.cut_points]
-                beyond[place[_possible(state, group, sweep.cut, p[place], scene.at(place))]] = True
+                if sweep.points.size:
+                    place = points[sweep.points]
+                    found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
+                if sweep.cut_points.size:
+                    place = points[sweep.cut_points]
+                    beyond[place[_possible(state, group, sweep.cut, p[place], scene.at(place))]] = True
     return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
 
 
