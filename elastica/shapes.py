@@ -10,9 +10,14 @@ import numpy as np
 
 from elastica.codes import Status
 from elastica.equilibria.roots import pendulums_of
-from elastica.pendulum.swing import course
+from elastica.pendulum.segments import Pendulum
+from elastica.pendulum.swing import Course, course, start_phase
+from elastica.pendulum.theta import Series
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
+
+TOGETHER = 5000
+"""Samples that are evaluated together, so that what belongs to them stays in cache."""
 
 
 class Shape(NamedTuple):
@@ -77,38 +82,83 @@ def angles(solution, point, s):
         return _bent(solution, points, segments, s)[0][0]
 
 
+class _Pieces(NamedTuple):
+    """Free segments and flat stretches from end A to end B, arrays of one shape.
+
+    Where along the strip each begins, its length, the place from which its own arc length is counted (0, or
+    its end if it is reversed), and its course along that.
+    """
+
+    begin: np.ndarray
+    length: np.ndarray
+    origin: np.ndarray
+    course: Course
+
+    @classmethod
+    def of(cls, table):
+        """The pieces whose fields are the rows of a table (fields, ...)."""
+        own, course, polynomials = np.split(table, [len(cls._fields) - 1, -len(Series._fields)])
+        return cls(*own, Course(*course, Series(*polynomials)))
+
+    def rows(self):
+        """The rows of that table."""
+        return [*self[:-1], *self.course[:-1], *self.course.series]
+
+
 def _bent(solution, points, segments, s):
-    """θ, x, y at flat indices that share their segments, each of shape (points, samples)."""
-    state = solution.state
-    p = FOUR_PI_SQUARED * solution.P.ravel()[points]
-    scene = Scene(solution.ends, solution.H.ravel()[points, None])
-    kappa = solution.curvature.ravel()[points]
-    lam, lengths = (field.reshape(-1, len(segments))[points].T for field in (solution.lam, solution.lengths))
-    pendulums = pendulums_of(segments, p, kappa, lam)
-    flat = solution.flat_length.ravel()[points, None] / max(len(state.word), 1)
-    walls = state.walls
-    reverses = state.reversed_segments(solution.ends)
-    theta, y = np.zeros((2, points.size, s.size))
-    x = np.zeros_like(y)
-    begin = np.zeros((points.size, 1))
-    x_begin = np.zeros((points.size, 1))
-    for i, (segment, reverse) in enumerate(zip(segments, reverses, strict=True)):
-        q = pendulums[i]
-        ell = lengths[i][:, None]
-        side = 1 if not walls else walls[min(i, len(walls) - 1)]
-        along = np.clip(s - begin, 0, ell)
-        angle, advance, height = course(segment.kind, q, ell - along if reverse else along)
-        whole = course(segment.kind, q, ell)[1]
-        # Later segments overwrite, so that the last sample belongs to the last one despite rounding.
-        inside = (s > begin) | (i == 0)
-        theta = np.where(inside, side * (-angle if reverse else angle), theta)
-        x = np.where(inside, x_begin + (whole - advance if reverse else advance), x)
-        y = np.where(inside, side * (scene.height(segment.start) + height), y)
-        begin, x_begin = begin + ell, x_begin + whole
-        if i < len(walls):
-            lies = s > begin
-            x = np.where(lies, x_begin + s - begin, x)
-            y = np.where(lies, scene.height(walls[i]), y)
-            theta = np.where(lies, 0.0, theta)
-            begin, x_begin = begin + flat, x_begin + flat
-    return theta, x, y
+    """θ, x, y at flat indices that share their segments, shape (3, points, samples)."""
+    table = _pieces(solution, points, segments)
+    shape = np.empty((3, points.size, s.size))
+    together = max(1, TOGETHER // s.size)
+    for first in range(0, points.size, together):
+        part = table[:, first : first + together]
+        # A sample belongs to the last piece that begins before it, also where a flat's length is negative.
+        bounds = np.searchsorted(s, part[0, :, 1:], side="right")
+        bounds = np.minimum.accumulate(bounds[:, ::-1], axis=1)[:, ::-1]
+        samples = np.diff(bounds, prepend=0, append=s.size)
+        spread = np.repeat(part.reshape(len(part), -1), samples.ravel(), axis=1)
+        own = _Pieces.of(spread.reshape(len(part), -1, s.size))
+        along = np.abs(own.origin - np.minimum(s - own.begin, own.length))
+        shape[:, first : first + together] = own.course.at(along)
+    return shape
+
+
+def _pieces(solution, points, segments):
+    """Table of the `_Pieces` of points that share their segments, shape (fields, points, pieces)."""
+    state, walls = solution.state, np.array(solution.state.walls, float)
+    P, H, kappa, flat = (
+        field.ravel()[points, None]
+        for field in (solution.P, solution.H, solution.curvature, solution.flat_length)
+    )
+    lam, lengths = (field.reshape(-1, len(segments))[points] for field in (solution.lam, solution.lengths))
+    (q,) = pendulums_of(segments, FOUR_PI_SQUARED * P, kappa, [lam])
+    q = Pendulum(*np.broadcast_arrays(*q))
+    phases = [
+        start_phase(segment.kind, Pendulum(*(field[:, i] for field in q)))
+        for i, segment in enumerate(segments)
+    ]
+    rising = course(np.stack(phases, axis=1), q)
+    wholes = rising.at(lengths)[1]
+
+    every = 2 if state.line else 1
+    number = every * (len(segments) - 1) + 1
+    length, advance = np.tile(flat / max(walls.size, 1), (2, 1, number))
+    length[:, ::every], advance[:, ::every] = lengths, wholes
+    begin, x = np.zeros((2, *length.shape))
+    np.cumsum(length[:, :-1], axis=1, out=begin[:, 1:])
+    np.cumsum(advance[:, :-1], axis=1, out=x[:, 1:])
+
+    scene = Scene(solution.ends, H)
+    reverse = np.array(state.reversed_segments(solution.ends))
+    side = np.append(walls, walls[-1:] if walls.size else 1.0)
+    y = side * scene.height(np.array([segment.start for segment in segments]))
+    placed = rising.placed(x[:, ::every] + reverse * wholes, y, side, 1 - 2 * reverse)
+    free = _Pieces(begin[:, ::every], lengths, reverse * lengths, placed).rows()
+    table = np.zeros((len(free), *length.shape))
+    table[:, :, ::every] = free
+    if state.line:
+        lying = _Pieces.of(table[:, :, 1::2])
+        lying.begin[:], lying.length[:] = begin[:, 1::2], length[:, 1::2]
+        lying.course.x[:], lying.course.x_along[:], lying.course.y[:] = x[:, 1::2], 1, scene.height(walls)
+        lying.course.series.e0[:], lying.course.series.period[:] = 1, np.inf
+    return table

@@ -2,19 +2,21 @@
 
 Along the phase u = u₀ + √F s, with ψ = θ − α,
 
-    sin(ψ/2) = √m sn(u|m),      ψ' = 2√(Fm) cn(u|m),      ∫ cos ψ ds = s − 2m ΔD/√F,
+    tan(ψ/2) = √m sn/dn(u|m),      ψ' = 2√(Fm) cn(u|m),      ∫ cos ψ ds = 2ΔE/√F − s,
 
-where D(u) = (u − E(am u|m))/m (DLMF 22.16(iii)); sin ψ = −ψ''/F integrates to the change of ψ'.
+where E(u) = E(am u|m) (DLMF 22.16(ii)); sin ψ = −ψ''/F integrates to the change of ψ'.
 
 Not here: where the segment lies in the strip (`shapes`).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
-from elastica.pendulum.elliptic import integrals, jacobi
+from elastica.pendulum.elliptic import jacobi
 from elastica.pendulum.segments import crossing_sign
 from elastica.pendulum.spring_end import spring_end
-from elastica.pendulum.theta import SHORT_FROM, series, sine_and_level
+from elastica.pendulum.theta import Series, series, values
 
 
 def start_phase(kind, q):
@@ -46,49 +48,100 @@ def directions(q, u):
     cos_psi, sin_psi : ndarray
         With all their relative digits where ψ is small.
     """
-    sin, cos = sine_and_level(series(q.m, q.m1), 0.5 * np.pi / q.K * u)
-    steep = np.broadcast_to(q.m1 < SHORT_FROM, u.shape)
-    if steep.any():
-        m, m1, K = (np.broadcast_to(field, u.shape)[steep] for field in (q.m, q.m1, q.K))
-        sn, cn, _ = jacobi(u[steep], K, m)
-        sin[steep], cos[steep] = np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn)
+    own = series(q.m, q.m1, q.K, q.DK)
+    sin, cos, *_ = values(own, own.rate * u)
     sin_square, cos_square = sin * sin, cos * cos
     scale = 1 / (sin_square + cos_square)
     return (cos_square - sin_square) * scale, 2 * sin * cos * scale
 
 
-def course(kind, q, along):
-    """A segment, in its rising convention, at arc lengths from its start.
+class Course(NamedTuple):
+    """Segments as functions of arc length, arrays of one shape.
+
+    With Jacobi's functions of `series` at z = `start` + `speed`·(arc length), and their changes Δ from the
+    values `bend` and `zeta` at the start,
+
+        θ = `angle` + `turn`·atan2(√m sn, dn)
+        x = `x` + `x_along`·(arc length) + `x_bend`·Δ(cn) + `x_zeta`·Δ(zeta),      and y likewise.
+    """
+
+    start: np.ndarray
+    speed: np.ndarray
+    bend: np.ndarray
+    zeta: np.ndarray
+    angle: np.ndarray
+    turn: np.ndarray
+    x: np.ndarray
+    x_along: np.ndarray
+    x_bend: np.ndarray
+    x_zeta: np.ndarray
+    y: np.ndarray
+    y_along: np.ndarray
+    y_bend: np.ndarray
+    y_zeta: np.ndarray
+    series: Series
+
+    def at(self, along):
+        """Angle θ, x and y at arc lengths, of the result's shape, against which the segments broadcast."""
+        sine, level, bend, zeta = values(self.series, self.start + self.speed * along)
+        bend, zeta = bend - self.bend, zeta - self.zeta
+        return (
+            self.angle + self.turn * np.arctan2(sine, level),
+            self.x + (self.x_along * along + (self.x_bend * bend + self.x_zeta * zeta)),
+            self.y + (self.y_along * along + (self.y_bend * bend + self.y_zeta * zeta)),
+        )
+
+    def placed(self, x, y, side, ahead):
+        """From x and y on, mirrored at the axis where `side` is −1, and led backwards where `ahead` is −1."""
+        return self._replace(
+            angle=side * ahead * self.angle,
+            turn=side * ahead * self.turn,
+            x=x,
+            x_along=ahead * self.x_along,
+            x_bend=ahead * self.x_bend,
+            x_zeta=ahead * self.x_zeta,
+            y=y,
+            y_along=side * self.y_along,
+            y_bend=side * self.y_bend,
+            y_zeta=side * self.y_zeta,
+        )
+
+
+def course(u, q):
+    """The way from phase u on, in the rising convention and from x = y = 0.
 
     Parameters
     ----------
-    kind : Kind
+    u : ndarray, shape (...,)
     q : Pendulum
-        Arrays of shape (n,).
-    along : ndarray, shape (n, samples)
+        Arrays of the same shape.
 
     Returns
     -------
-    theta, advance, rise : ndarray, shape (n, samples)
-        Angle, and how far it has come in x and in y.
+    Course
     """
-    m, r, F = (field[:, None] for field in (q.m, q.r, q.F))
-    sin_alpha, cos_alpha = q.sin_alpha[:, None], q.cos_alpha[:, None]
-    start = start_phase(kind, q)[:, None]
-    _, cn_start, D_start = _functions(q, start)
-    sn, cn, D = _functions(q, start + r * along)
-    bent = 2 * r * np.sqrt(m) * (cn_start - cn) / F
-    stretch = along - 2 * m * (D - D_start) / r
-    theta = q.alpha[:, None] + _angle(q, sn, cn)
-    return theta, cos_alpha * stretch - sin_alpha * bent, cos_alpha * bent + sin_alpha * stretch
-
-
-def _functions(q, u):
-    """sn, cn and D at phases u, shape (n, samples)."""
-    m1, K, DK = (field[:, None] for field in (q.m1, q.K, q.DK))
-    sn, cn, turns = jacobi(u, K, q.m[:, None])
-    D = integrals(m1, sn * (1 - 2 * (turns % 2)), np.abs(cn))[3]
-    return sn, cn, 2 * turns * DK + D
+    own = series(q.m, q.m1, q.K, q.DK)
+    start = own.rate * u
+    here = values(own, start)
+    stretch, bend, zeta = 2 * own.steady - 1, -2 * own.bend / q.r, 2 * own.rate / q.r
+    cos, sin, zero = q.cos_alpha, q.sin_alpha, np.zeros_like(start)
+    return Course(
+        start=start,
+        speed=own.rate * q.r,
+        bend=here.bend,
+        zeta=here.zeta,
+        angle=q.alpha,
+        turn=zero + 2,
+        x=zero,
+        x_along=cos * stretch,
+        x_bend=-sin * bend,
+        x_zeta=cos * zeta,
+        y=zero,
+        y_along=sin * stretch,
+        y_bend=cos * bend,
+        y_zeta=sin * zeta,
+        series=own,
+    )
 
 
 def _angle(q, sn, cn):
