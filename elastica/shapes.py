@@ -98,7 +98,7 @@ class _Pieces(NamedTuple):
     def of(cls, table):
         """The pieces whose fields are the rows of a table (fields, ...)."""
         own, course, polynomials = np.split(table, [len(cls._fields) - 1, -len(Series._fields)])
-        return cls(*own, Course(*course, Series(*polynomials)))
+        return cls._make((*own, Course._make((*course, Series._make(polynomials)))))
 
     def rows(self):
         """The rows of that table."""

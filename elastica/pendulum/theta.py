@@ -96,7 +96,7 @@ def series(m, m1, K, DK):
     rate = np.where(steep, 1 / (theta_3 * theta_3), 0.5 * np.pi / K)
     steady = 1 - (m * DK + np.where(steep, rate, 0.0)) / K
     period = np.where(steep, 2 * K * rate, np.inf)
-    return Series(*e, *o, *(scale * each for each in (*c, *d)), kp, rate, steady, period)
+    return Series._make((*e, *o, *(scale * each for each in (*c, *d)), kp, rate, steady, period))
 
 
 def values(own, z):
