@@ -67,13 +67,63 @@ def reference_element(terms):
 
 
 @cache
-def running_integral(terms):
-    """Matrix from values at the quadrature points to their integrals from 0 up to each of them.
+def element(terms, parity=0):
+    """The same basis, bubbles first, or the part of it that is even or odd about the middle.
+
+    Parameters
+    ----------
+    terms : int
+        Bubbles, even and odd ones together.
+    parity : int
+        1 for even, −1 for odd functions: points are then those of the first half, with double weight, and one
+        vertex function stands for both, (v₀ + v₁)/2 or (v₁ − v₀)/2. 0 for all of them.
+
+    Returns
+    -------
+    points, weights : ndarray, shape (q,)
+    basis : ndarray, shape (q, b + v)
+        b bubbles and v = 1 or 2 vertex functions.
+    stiffness, mass : ndarray, shape (b + v, b + v)
+    """
+    points, weights, basis, *_ = reference_element(terms)
+    bubbles, first, last = basis[:, 1:-1], basis[:, :1], basis[:, -1:]
+    if parity:
+        # Of the bubbles, from P₂ − P₀ on, every other one is even.
+        bubbles = bubbles[:, parity < 0 :: 2]
+        vertices = 0.5 * (last + parity * first)
+        basis = np.hstack([bubbles, vertices])[:terms]
+        points, weights = points[:terms], 2 * weights[:terms]
+        stiffness = np.diag([*np.ones(bubbles.shape[1]), parity < 0])
+    else:
+        basis = np.hstack([bubbles, first, last])
+        stiffness = np.eye(terms + 2)
+        stiffness[-1, -2] = stiffness[-2, -1] = -1
+    return points, weights, basis, stiffness, np.einsum("qi,q,qj->ij", basis, weights, basis)
+
+
+@cache
+def running_integral(terms, parity=0):
+    """Matrix from values at the quadrature points to their integrals up to each of them.
 
     Exact for what the points interpolate, by ∫P_k = (P_{k+1} − P_{k−1})/(2k + 1).
+
+    Parameters
+    ----------
+    terms : int
+    parity : int
+        0: from 0 on. Of what is even or odd about the middle the points of the first half are enough: 1 from
+        the middle on, −1 from 0 on.
+
+    Returns
+    -------
+    ndarray, shape (q, q)
     """
     x, weights = gauss_legendre(2 * terms)
     legendre = legvander(x, 2 * terms)
     inner = legendre[:, 2:] - legendre[:, :-2]
     antiderivatives = np.column_stack([1 + x, inner]) / 4
-    return np.einsum("ik,jk,j->ij", antiderivatives, legendre[:, :-1], weights)
+    whole = np.einsum("ik,jk,j->ij", antiderivatives, legendre[:, :-1], weights)
+    if not parity:
+        return whole
+    half = whole[:terms, :terms] + parity * whole[:terms, : terms - 1 : -1]
+    return half - 0.5 * weights[:terms] if parity > 0 else half

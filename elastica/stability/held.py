@@ -1,0 +1,287 @@
+"""Each segment reduced to its ends: modes with both ends held, and the stiffness they leave between them.
+
+Segments talk only through what they share at contacts: the rotation φ there and, where the advance η_x counts,
+that too. With Q the second variation of one segment, W its weight and x = ν + σ, an eigenvalue ν seen from
+−σ, all that lies inside is eliminated by the modes with held ends, W-orthonormal with eigenvalues x_k:
+
+    S(x) = K − x M − x² Σ g_k g_kᵀ/(x_k − x),        −dS/dx = M + Σ g_k g_kᵀ ρ (2 + ρ),   ρ = x/(x_k − x)
+
+with K and M the stiffness and the mass of the static shape ψ at x = 0 that has a unit at one end, and
+g = modeᵀ W ψ (R. R. Craig & M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6,
+1968). Nothing is left out: all modes that the Legendre terms have are kept.
+
+A segment that is its own mirror image falls into two halves, even and odd in φ. With û₀ and u₁ the unknowns at
+its ends, the even one sees only û₀ + u₁ and the odd one only u₁ − û₀:
+
+    (û₀ + u₁)ᵀ A (û₀ + u₁) + (u₁ − û₀)ᵀ B (u₁ − û₀),      u = (φ, η_x)
+
+where û₀ is the neighbour's u₁: between opposite walls, where θ is even, the advance changes its sign from one
+frame to the next, and so does the frame; between a wall and itself, where θ is odd, neither does.
+
+Not here: how segments hang together (`counting`).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from elastica.pendulum.segments import TINY, Pendulum
+from elastica.pendulum.swing import start_phase, swing
+from elastica.stability.quadrature import element, running_integral
+from elastica.state import Segment
+
+HELD, FREE, SHARED = "held", "free", "shared"
+"""What becomes of the rotation or of the advance at an end: it is zero, its own, or that of a contact."""
+
+
+class End(NamedTuple):
+    """What is asked of one end of a segment.
+
+    Attributes
+    ----------
+    rotation : str
+        HELD, FREE or SHARED.
+    advance : str
+        The same of η_x; "" where it does not matter.
+    stiffness : float
+        Of the spring that holds a free end.
+    """
+
+    rotation: str
+    advance: str = ""
+    stiffness: float = 0.0
+
+    @property
+    def unknowns(self):
+        """Number of unknowns that are shared with a contact."""
+        return (self.rotation == SHARED) + (self.advance == SHARED)
+
+
+class Half(NamedTuple):
+    """A segment, or its even or odd half, reduced to the unknowns at its ends.
+
+    Attributes
+    ----------
+    held : ndarray, shape (modes, n)
+        Its eigenvalues x_k with held ends, ascending; infinite where they are not resolved.
+    coupling : ndarray, shape (u, u, modes, n)
+        g_k g_kᵀ.
+    stiffness, mass : ndarray, shape (u, u, n)
+        K and M.
+    """
+
+    held: np.ndarray
+    coupling: np.ndarray
+    stiffness: np.ndarray
+    mass: np.ndarray
+
+    def at(self, points):
+        """The same at some of the points."""
+        return Half(*(field[..., points] for field in self))
+
+    def dynamic(self, x):
+        """S(x) and −dS/dx, shape (u, u, n) each."""
+        ratio = x / (self.held - x)
+        stiffness = self.stiffness - x * (self.mass + (self.coupling * ratio).sum(axis=-2))
+        return stiffness, self.mass + (self.coupling * (ratio * (2 + ratio))).sum(axis=-2)
+
+
+class Piece(NamedTuple):
+    """A segment at n points, in its rising convention.
+
+    Attributes
+    ----------
+    segment : Segment
+    pendulum : Pendulum
+    length : ndarray, shape (n,)
+    start, end : End
+    """
+
+    segment: Segment
+    pendulum: Pendulum
+    length: np.ndarray
+    start: End
+    end: End
+
+    @property
+    def parity(self):
+        """1 or −1 where θ is even or odd about the middle and both ends are alike, otherwise 0."""
+        kind, start, end = self.segment.kind, self.start, self.end
+        both = kind.start + kind.end
+        if both != int(both) or kind.start_spring != kind.end_spring or FREE in (start.advance, end.advance):
+            return 0
+        if FREE in (start.rotation, end.rotation) and start.rotation != end.rotation:
+            return 0
+        return 1 if both % 2 else -1 if self.segment.rise == 0 else 0
+
+
+def reduced(piece, terms, shift, unit=None, inertia=False):
+    """A segment reduced to what its ends share with contacts.
+
+    Parameters
+    ----------
+    piece : Piece
+    terms : int
+        Legendre bubbles.
+    shift : ndarray, shape (n,)
+        σ: x = ν + σ.
+    unit : ndarray, shape (n,)
+        Of the advance, which is small where angles are.
+    inertia : bool
+        Weight ∫ |η|² ds in place of ∫ φ² ds.
+
+    Returns
+    -------
+    list of Half
+        The even and the odd one, or the whole.
+    """
+    parity = piece.parity
+    forms = (_forms(piece, terms, half, parity, unit, inertia) for half in ((1, -1) if parity else (0,)))
+    return [_condensed(*_constrained(*form), shift) for form in forms]
+
+
+def _forms(piece, terms, half, parity, unit, inertia):
+    """Q, its weight and the constraints of a half, or of the whole where `half` is 0.
+
+    Unknowns are bubbles, ends that are free, what is shared: rotations, then advances.
+
+    Returns
+    -------
+    Q, weight : ndarray, shape (n, size, size)
+    constraints : list of ndarray, shape (n, size)
+        Sums that vanish.
+    inner, bubbles : int
+        Number of unknowns that are not shared, and of bubbles among them.
+    """
+    q, ell, ends = piece.pendulum, piece.length[:, None], (piece.start, piece.end)
+    points, weights, basis, stiffness, mass = element(terms, half)
+    cos, sin, thrust = _course(piece, points)
+    measure = weights * ell
+    bubbles = basis.shape[1] - (1 if half else 2)
+    rotations = [ends[0]._replace(rotation=_joint(ends, "rotation"))] if half else ends
+    place = [*range(bubbles)]
+    for role in (FREE, SHARED):
+        place += [bubbles + i for i, end in enumerate(rotations) if end.rotation == role]
+    basis = basis[:, place]
+    inner = bubbles + sum(end.rotation == FREE for end in rotations)
+
+    weighted = basis.T * (measure * thrust)[:, None, :]
+    Q = (stiffness / ell[:, :, None])[:, place][:, :, place] - weighted @ basis
+    for i, end in enumerate(end for end in rotations if end.rotation == FREE):
+        Q[:, bubbles + i, bubbles + i] += end.stiffness / (2 if half else 1)
+    constraints = [_sum(measure * cos, basis)] if half >= 0 else []
+    if not (inertia or piece.start.advance):
+        return Q, ell[:, :, None] * mass[place][:, place], constraints, inner, bubbles
+
+    along = half * parity
+    drift = _sum(-measure * sin, basis)
+    # Columns of the shared advances: what they move along all of it, and what they ask of its ends.
+    rigid, stretch = [], []
+    if half and _joint(ends, "advance") == SHARED:
+        rigid, stretch = ([0.5], [0.0]) if along < 0 else ([0.0], [1.0])
+    elif not half:
+        anchor = 1 if ends[0].advance == FREE else 0
+        shared = [i for i, end in enumerate(ends) if end.advance == SHARED]
+        rigid, stretch = [float(i == anchor) for i in shared], [2.0 * i - 1 for i in shared]
+    more = len(rigid)
+    Q = np.pad(Q, ((0, 0), (0, more), (0, more)))
+    constraints = [np.pad(each, ((0, 0), (0, more))) for each in constraints]
+    if along >= 0 and FREE not in (ends[0].advance, ends[1].advance):
+        constraints.append(np.hstack([drift, -unit[:, None] * stretch]))
+    if not inertia:
+        weight = np.pad(ell[:, :, None] * mass[place][:, place], ((0, 0), (0, more), (0, more)))
+        return Q, weight, constraints, inner, bubbles
+    up = ell[:, :, None] * (running_integral(terms, half) @ (cos[:, :, None] * basis))
+    on = ell[:, :, None] * (running_integral(terms, along) @ (-sin[:, :, None] * basis))
+    if not half and ends[0].advance == FREE:
+        on -= drift[:, None, :]
+    carried = np.broadcast_to(unit[:, None, None] * rigid, (*on.shape[:2], more))
+    on, up = np.concatenate([on, carried], axis=2), np.pad(up, ((0, 0), (0, 0), (0, more)))
+    moved = np.concatenate([up, on], axis=1)
+    weight = (moved * np.tile(measure, 2)[:, :, None]).transpose(0, 2, 1) @ moved
+    return Q, weight, constraints, inner, bubbles
+
+
+def _joint(ends, what):
+    """What both ends of a symmetric segment make of its halves' only unknown: shared where one of them is."""
+    roles = [getattr(end, what) for end in ends]
+    return SHARED if SHARED in roles else roles[0]
+
+
+def _course(piece, points):
+    """cos θ, sin θ and the thrust p cos θ + λ sin θ at places between 0 and 1 along a segment, shape (n, q)."""
+    q = piece.pendulum
+    start = start_phase(piece.segment.kind, q)
+    psi = swing(q, start[:, None] + (q.r * piece.length)[:, None] * points)
+    cos_psi, sin_psi = np.cos(psi), np.sin(psi)
+    cos_alpha, sin_alpha = q.cos_alpha[:, None], q.sin_alpha[:, None]
+    cos = cos_alpha * cos_psi - sin_alpha * sin_psi
+    return cos, cos_alpha * sin_psi + sin_alpha * cos_psi, q.F[:, None] * cos_psi
+
+
+def _sum(factor, basis):
+    """∑ factor·basis over the quadrature points, shape (n, functions)."""
+    return (factor[:, None, :] @ basis)[:, 0]
+
+
+def _constrained(Q, weight, constraints, inner, bubbles):
+    """Q and its weight on what keeps the constraints, one inner unknown less for each.
+
+    A reflection of the bubbles turns a constraint into one on the first of them and the ends; that one
+    follows from the others.
+    """
+    while constraints:
+        first, *constraints = constraints
+        norm = np.maximum(np.sqrt((first[:, :bubbles] ** 2).sum(axis=1)), TINY)
+        v = np.zeros_like(first)
+        v[:, :bubbles] = first[:, :bubbles] / norm[:, None]
+        sign = np.where(v[:, 0] < 0, -1.0, 1.0)
+        v[:, 0] += sign
+        v /= np.sqrt(np.abs(v[:, :1]))
+        t = -first / (sign * norm)[:, None]
+        t[:, :bubbles] = 0
+        constraints = [_followed(each - v * (v * each).sum(axis=1)[:, None], t) for each in constraints]
+        Q, weight = (_kept(matrix, v, t) for matrix in (Q, weight))
+        inner, bubbles = inner - 1, bubbles - 1
+    return Q, weight, inner
+
+
+def _followed(row, t):
+    """A constraint once the first unknown is −t·(the others)."""
+    return (row - row[:, :1] * t)[:, 1:]
+
+
+def _kept(matrix, v, t):
+    """(I − vvᵀ) matrix (I − vvᵀ), then its first unknown replaced by −t·(the others)."""
+    w = (matrix @ v[:, :, None])[:, :, 0]
+    w -= 0.5 * (v * w).sum(axis=1)[:, None] * v
+    column = matrix[:, :, 0] - v * w[:, :1] - w * v[:, :1]
+    column = column - 0.5 * column[:, :1] * t
+    v, w, t, column = v[:, 1:], w[:, 1:], t[:, 1:], column[:, 1:]
+    return matrix[:, 1:, 1:] - np.stack([v, w, t, column], axis=2) @ np.stack([w, v, column, t], axis=1)
+
+
+def _condensed(Q, weight, inner, shift):
+    """Modes with held ends, and what the shared unknowns see of them."""
+    Q = Q + shift[:, None, None] * weight
+    inverse = np.linalg.inv(Q[:, :inner, :inner])
+    lower = np.linalg.cholesky(weight[:, :inner, :inner])
+    root = inverse @ lower
+    a, z = np.linalg.eigh(lower.transpose(0, 2, 1) @ root)
+    # Below rounding the sign of an inverse means nothing.
+    resolved = np.abs(a) > np.finfo(float).eps * np.abs(a).max(axis=1, keepdims=True)
+    held = np.where(resolved, 1 / np.where(resolved, a, 1.0), np.inf)
+    static = -inverse @ Q[:, :inner, inner:]
+    across = weight[:, :inner, inner:] + weight[:, :inner, :inner] @ static
+    modes = (root @ z) * np.where(resolved, held, 0.0)[:, None, :]
+    coupling = modes.transpose(0, 2, 1) @ across
+    stiffness = Q[:, inner:, inner:] + Q[:, inner:, :inner] @ static
+    turned = static.transpose(0, 2, 1)
+    mass = weight[:, inner:, inner:] + weight[:, inner:, :inner] @ static + turned @ across
+    coupling = np.moveaxis(coupling, 0, -1)
+    return Half(
+        np.ascontiguousarray(held.T),
+        np.moveaxis(coupling, 1, 0)[:, None] * np.moveaxis(coupling, 1, 0)[None],
+        np.ascontiguousarray(np.moveaxis(stiffness, 0, -1)),
+        np.ascontiguousarray(np.moveaxis(mass, 0, -1)),
+    )
