@@ -12,13 +12,13 @@ LARGEST = 1e150
 """μ/κ is finite, so that nothing it is multiplied with overflows."""
 
 
-def strip_of(segments, elements, terms, shift, unit, inertia, control):
+def strip_of(elements, ends, terms, shift, unit, inertia, control):
     """Segments reduced and joined at n points.
 
     Parameters
     ----------
-    segments : tuple of Segment
     elements : Elements
+    ends : Ends
     terms : int
         Legendre bubbles of each segment.
     shift, unit : ndarray, shape (n,)
@@ -31,35 +31,35 @@ def strip_of(segments, elements, terms, shift, unit, inertia, control):
     -------
     Strip
     """
+    # Where nothing weighs the advance, and B may move, it follows by itself.
     advances = inertia or control.fixes_shortening
-    line = len(segments) > 1 and elements.vertex[1] is None
-    edges = [
-        End(HELD if vertex is None else FREE, place if advances else "", 0.0 if vertex is None else vertex)
-        for vertex, place in zip(
-            (elements.vertex[0], elements.vertex[-1]),
-            (HELD, HELD if control.fixes_shortening else FREE),
-            strict=True,
-        )
-    ]
-    contact = End(HELD if line else SHARED, SHARED if advances else "")
-    joints = [edges[0], *(contact for _ in segments[1:]), edges[1]]
+    contacts = elements.vertex[1:-1]
+    line = bool(contacts) and contacts[0] is None
+    at_contact = End(HELD if line else SHARED, SHARED if advances else "")
+    at_B = HELD if control.fixes_shortening else FREE
+    joints = [_edge(ends.A, HELD, advances), *(at_contact for _ in contacts), _edge(ends.B, at_B, advances)]
     distinct, order = {}, []
-    for i, (segment, reverse) in enumerate(zip(segments, elements.reverse, strict=True)):
-        ends = joints[i : i + 2]
-        start, end = ends[::-1] if reverse else ends
+    for i, (segment, reverse) in enumerate(zip(elements.segments, elements.reverse, strict=True)):
+        start, end = joints[i : i + 2][:: -1 if reverse else 1]
         key = segment, start, end
         if key not in distinct:
             distinct[key] = Piece(segment, elements.pendulums[i], elements.lengths[i], start, end)
         order.append(list(distinct).index(key))
     halves = [reduced(piece, terms, shift, unit, inertia) for piece in distinct.values()]
-    contacts, size = len(segments) - 1, contact.unknowns if len(segments) > 1 else 0
-    supports, loads = np.zeros((2, contacts, size, size, shift.size))
-    for i in range(contacts if size else 0):
-        if not line:
-            reaction, kappa = elements.vertex[i + 1]
+    size = at_contact.unknowns if contacts else 0
+    supports, loads = np.zeros((2, len(contacts), size, size, shift.size))
+    if not line and size:
+        for support, (reaction, kappa) in zip(supports, contacts, strict=True):
             with np.errstate(divide="ignore"):
-                supports[i, 0, 0] = np.minimum(reaction / kappa, LARGEST)
-        elif inertia:
-            loads[i, -1, -1] = elements.flats[i + 1] * unit**2
-            supports[i, -1, -1] = shift * loads[i, -1, -1]
+                support[0, 0] = np.minimum(reaction / kappa, LARGEST)
+    elif inertia and size:
+        for support, load, flat in zip(supports, loads, elements.flats[1:], strict=True):
+            load[0, 0] = flat * unit**2
+            support[0, 0] = shift * load[0, 0]
     return Strip(halves, order, supports, loads)
+
+
+def _edge(end, advance, advances):
+    """What is asked of a segment where it ends at an end of the strip."""
+    held = HELD if end.clamped else FREE
+    return End(held, advance if advances else "", 0.0 if end.clamped else end.stiffness)

@@ -1,8 +1,8 @@
 """Each segment reduced to its ends: modes with both ends held, and the stiffness they leave between them.
 
-Segments talk only through what they share at contacts: the rotation φ there and, where the advance η_x counts,
-that too. With Q the second variation of one segment, W its weight and x = ν + σ, an eigenvalue ν seen from
-−σ, all that lies inside is eliminated by the modes with held ends, W-orthonormal with eigenvalues x_k:
+Segments talk only through what they share at contacts: the rotation φ there and, where the advance η_x
+counts, that too. With Q the second variation of one segment, W its weight and x = ν + σ, an eigenvalue ν seen
+from −σ, all that lies inside is eliminated by the modes with held ends, W-orthonormal with eigenvalues x_k:
 
     S(x) = K − x M − x² Σ g_k g_kᵀ/(x_k − x),        −dS/dx = M + Σ g_k g_kᵀ ρ (2 + ρ),   ρ = x/(x_k − x)
 
@@ -10,8 +10,8 @@ with K and M the stiffness and the mass of the static shape ψ at x = 0 that has
 g = modeᵀ W ψ (R. R. Craig & M. C. C. Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6,
 1968). Nothing is left out: all modes that the Legendre terms have are kept.
 
-A segment that is its own mirror image falls into two halves, even and odd in φ. With û₀ and u₁ the unknowns at
-its ends, the even one sees only û₀ + u₁ and the odd one only u₁ − û₀:
+A segment that is its own mirror image falls into two halves, even and odd in φ. With û₀ and u₁ the unknowns
+at its ends, the even one sees only û₀ + u₁ and the odd one only u₁ − û₀:
 
     (û₀ + u₁)ᵀ A (û₀ + u₁) + (u₁ − û₀)ᵀ B (u₁ − û₀),      u = (φ, η_x)
 
@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.pendulum.segments import TINY, Pendulum
-from elastica.pendulum.swing import start_phase, swing
+from elastica.pendulum.swing import directions, start_phase
 from elastica.stability.quadrature import element, running_integral
 from elastica.state import Segment
 
@@ -79,11 +79,19 @@ class Half(NamedTuple):
         """The same at some of the points."""
         return Half(*(field[..., points] for field in self))
 
-    def dynamic(self, x):
-        """S(x) and −dS/dx, shape (u, u, n) each."""
+    def dynamic_stiffness(self, x):
+        """S(x), shape (u, u, n)."""
+        return self.stiffness - x * (self.mass + _over_modes(self.coupling, x / (self.held - x)))
+
+    def dynamic_mass(self, x):
+        """−dS/dx, shape (u, u, n)."""
         ratio = x / (self.held - x)
-        stiffness = self.stiffness - x * (self.mass + (self.coupling * ratio).sum(axis=-2))
-        return stiffness, self.mass + (self.coupling * (ratio * (2 + ratio))).sum(axis=-2)
+        return self.mass + _over_modes(self.coupling, ratio * (2 + ratio))
+
+    def to_held(self, x):
+        """Way from x (n,) to the nearest x_k."""
+        ways = self.held - x
+        return np.take_along_axis(ways, np.abs(ways).argmin(axis=0)[None], axis=0)[0]
 
 
 class Piece(NamedTuple):
@@ -110,7 +118,7 @@ class Piece(NamedTuple):
         both = kind.start + kind.end
         if both != int(both) or kind.start_spring != kind.end_spring or FREE in (start.advance, end.advance):
             return 0
-        if FREE in (start.rotation, end.rotation) and start.rotation != end.rotation:
+        if FREE in (start.rotation, end.rotation) and start != end:
             return 0
         return 1 if both % 2 else -1 if self.segment.rise == 0 else 0
 
@@ -136,8 +144,11 @@ def reduced(piece, terms, shift, unit=None, inertia=False):
         The even and the odd one, or the whole.
     """
     parity = piece.parity
-    forms = (_forms(piece, terms, half, parity, unit, inertia) for half in ((1, -1) if parity else (0,)))
-    return [_condensed(*_constrained(*form), shift) for form in forms]
+    halves = []
+    for half in (1, -1) if parity else (0,):
+        Q, weight, inner = _constrained(*_forms(piece, terms, half, parity, unit, inertia))
+        halves.append(_condensed(Q, weight, inner, shift))
+    return halves
 
 
 def _forms(piece, terms, half, parity, unit, inertia):
@@ -153,7 +164,7 @@ def _forms(piece, terms, half, parity, unit, inertia):
     inner, bubbles : int
         Number of unknowns that are not shared, and of bubbles among them.
     """
-    q, ell, ends = piece.pendulum, piece.length[:, None], (piece.start, piece.end)
+    ell, ends = piece.length[:, None], (piece.start, piece.end)
     points, weights, basis, stiffness, mass = element(terms, half)
     cos, sin, thrust = _course(piece, points)
     measure = weights * ell
@@ -176,7 +187,8 @@ def _forms(piece, terms, half, parity, unit, inertia):
     along = half * parity
     drift = _sum(-measure * sin, basis)
     # Columns of the shared advances: what they move along all of it, and what they ask of its ends.
-    rigid, stretch = [], []
+    rigid: list = []
+    stretch: list = []
     if half and _joint(ends, "advance") == SHARED:
         rigid, stretch = ([0.5], [0.0]) if along < 0 else ([0.0], [1.0])
     elif not half:
@@ -209,14 +221,19 @@ def _joint(ends, what):
 
 
 def _course(piece, points):
-    """cos θ, sin θ and the thrust p cos θ + λ sin θ at places between 0 and 1 along a segment, shape (n, q)."""
-    q = piece.pendulum
-    start = start_phase(piece.segment.kind, q)
-    psi = swing(q, start[:, None] + (q.r * piece.length)[:, None] * points)
-    cos_psi, sin_psi = np.cos(psi), np.sin(psi)
-    cos_alpha, sin_alpha = q.cos_alpha[:, None], q.sin_alpha[:, None]
-    cos = cos_alpha * cos_psi - sin_alpha * sin_psi
-    return cos, cos_alpha * sin_psi + sin_alpha * cos_psi, q.F[:, None] * cos_psi
+    """The cosine and sine of θ and the thrust p cos θ + λ sin θ at places between 0 and 1, shape (n, q)."""
+    q = Pendulum(*(field[:, None] for field in piece.pendulum))
+    phase = start_phase(piece.segment.kind, piece.pendulum)[:, None] + q.r * piece.length[:, None] * points
+    cos_psi, sin_psi = directions(q, phase)
+    cos = q.cos_alpha * cos_psi - q.sin_alpha * sin_psi
+    return cos, q.cos_alpha * sin_psi + q.sin_alpha * cos_psi, q.F * cos_psi
+
+
+def _over_modes(coupling, factor):
+    """Sum over modes, one after the other: of a single point NumPy would add them in another order."""
+    if factor.shape[-1] == 1:
+        return _over_modes(*(np.repeat(each, 2, axis=-1) for each in (coupling, factor)))[..., :1]
+    return np.einsum("uvmn,mn->uvn", coupling, factor)
 
 
 def _sum(factor, basis):

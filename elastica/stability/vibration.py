@@ -16,12 +16,14 @@ import numpy as np
 from elastica.blas import single_threaded
 from elastica.control import LOAD
 from elastica.inputs import check_count
-from elastica.stability.legendre import batches, lowest, quadratic_forms, sliding, with_zeros
+from elastica.stability import counting
+from elastica.stability.assembly import strip_of
+from elastica.stability.elements import batches, with_zeros
 
 LARGEST_GROWTH = 9.0
 """−ω² in units of c² stays below this."""
-MARGIN = 1e-3
-"""Shift beyond the lowest ω² in the same units: far above rounding, small enough to keep the digits of ω²."""
+SHIFT = 1e-3
+"""σ in the same units: far above rounding, small enough to keep the digits of ω²."""
 
 
 @single_threaded
@@ -51,19 +53,12 @@ def frequencies(solution, count, control=LOAD):
     # The straight strip keeps its shortening to first order by itself.
     control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
-    for points, _, elements, terms in batches(solution, count):
-        Q, inertia = quadratic_forms(elements, terms, True, control).constrained
-        widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
-        squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
-        squares = with_zeros(squares, sliding(elements.kinds) if solution.state.line else 0)[:, :count]
+    for points, elements, terms in batches(solution, count):
+        widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0) ** 2
+        shift = SHIFT * widest
+        unit = np.sqrt(solution.shortening.ravel()[points])
+        strip = strip_of(elements, solution.ends, terms, shift, unit, True, control)
+        squares = counting.eigenvalues(strip, count, shift - LARGEST_GROWTH * widest, shift) - shift[:, None]
+        squares = with_zeros(squares, elements.sliding if solution.state.line else 0)
         result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
     return result.reshape(*solution.status.shape, count)
-
-
-def _resolved(Q, inertia, scale, unstable):
-    """All ω², ascending, shifted no further than needed: rounding of ω² grows with the shift."""
-    shift = MARGIN * scale
-    if unstable.any():
-        first = lowest(Q[unstable], inertia[unstable], LARGEST_GROWTH * scale[unstable])[:, 0]
-        shift[unstable] += 1.5 * np.maximum(-first, 0.0)
-    return lowest(Q, inertia, shift)

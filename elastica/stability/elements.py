@@ -1,0 +1,184 @@
+"""The free segments of a strip at many points, in batches, and how many Legendre terms they need.
+
+θ has poles K'(m) off the real axis of its phase √F s, so on a segment of phase L eigenvalues converge as
+exp(−2n asinh(2K'/L)). Shallow segments have distant poles and need few.
+
+Not here: what is made of them (`held`, `dense`).
+"""
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ellipkm1
+
+from elastica.codes import Status
+from elastica.equilibria.roots import pendulums_of
+from elastica.pendulum.segments import TINY, Kind, Pendulum
+from elastica.scales import FOUR_PI_SQUARED
+from elastica.state import Segment
+
+TRUNCATION = 1e-11
+"""Relative error that is left to the poles of θ where F = π²; it falls as F⁻², since eigenvalues near
+zero are differences of terms ∝ F, and squared frequencies of terms ∝ F²."""
+MORE_TERMS = 6
+"""Bubbles beyond those, and beyond half a bubble per radian of phase, that the lowest eigenvalues need: at
+most 5 did in 800 random states of ten kinds."""
+TERMS_ROUNDED_TO = 2
+"""Points with about as many terms share a batch."""
+LONGEST_PHASE = 80.0
+"""Longer segments are left out."""
+STRAIGHT_PHASE = 320.0
+"""The same for the straight strip, which has no poles."""
+BATCH_ENTRIES = 400_000
+"""Entries of the matrices of a batch: larger ones leave the cache."""
+STRAIGHT = Segment(Kind(0, 1), 0, 0)
+AT_REST = 1e-100
+"""Thrust in place of none: the straight strip is the pendulum at rest, whose F must not vanish."""
+
+
+class Vertex(NamedTuple):
+    """A contact or an end that may rotate: the coefficient of φ² in Q is reaction/curvature, arrays (n,)."""
+
+    reaction: np.ndarray
+    kappa: np.ndarray
+
+
+class Elements(NamedTuple):
+    """The free segments from end A to end B at n points, and the vertex conditions.
+
+    Attributes
+    ----------
+    segments : tuple of Segment
+    reverse : list of bool
+        Whether each runs towards end A in its rising convention.
+    sides : list of int
+        −1 for mirrored segments.
+    pendulums : list of Pendulum
+    lengths : list of ndarray, shape (n,)
+    flats : list of ndarray, shape (n,)
+        Length that lies flat in front of each.
+    vertex : list of Vertex or None
+        `vertex[i]` belongs to the start of segment i, the last one to end B: None where φ = 0. Pinned
+        ends have no reaction.
+    """
+
+    segments: tuple
+    reverse: list
+    sides: list
+    pendulums: list
+    lengths: list
+    flats: list
+    vertex: list
+
+    @property
+    def sliding(self):
+        """Full periods between places with θ = θ' = 0: of a line state each has an exact zero, θ'."""
+        return sum(
+            segment.kind.start == int(segment.kind.start) and not segment.kind.springs
+            for segment in self.segments
+        )
+
+
+def batches(solution, count, contacts_move=True, terms=None, joined=False):
+    """The solved points of a solution in batches, each with its elements.
+
+    Parameters
+    ----------
+    solution : Solution
+    count : int
+        Eigenvalues wanted.
+    contacts_move : bool
+        False leaves out the sum over contacts in Q.
+    terms : int, optional
+        Bubbles per element, for all shapes; by default as many as each shape needs.
+    joined : bool
+        Whether matrices are made of all segments together.
+
+    Yields
+    ------
+    points : ndarray of int, shape (n,)
+        Flat indices. Shapes whose phase √F ℓ is too long for the elements are left out.
+    elements : Elements
+    terms : int
+        Bubbles per element.
+    """
+    state = solution.state
+    solved = np.flatnonzero(solution.status == Status.SOLVED)
+    for points, segments in [(solved, (STRAIGHT,))] if state.straight else solution.patterns(solved):
+        p = FOUR_PI_SQUARED * solution.P.ravel()[points]
+        if state.straight:
+            lam, lengths = np.zeros((points.size, 1)), np.ones((points.size, 1))
+        else:
+            lam, lengths = (
+                field.reshape(-1, len(segments))[points] for field in (solution.lam, solution.lengths)
+            )
+        fields = (
+            np.maximum(p, AT_REST),
+            solution.curvature.ravel()[points],
+            solution.flat_length.ravel()[points],
+            lam,
+            lengths,
+        )
+        pendulums = pendulums_of(segments, fields[0], fields[1], lam.T)
+        needed = _terms(pendulums, lengths.T, state.straight)
+        # Each segment has its share of the half waves of the highest mode, with π/2 bubbles for each.
+        waves = -(-2 * (count + 1) // len(segments))
+        if terms is not None:
+            needed, waves = np.where(needed > 0, terms, 0), 0
+        for number in np.unique(needed[needed > 0]):
+            group = np.flatnonzero(needed == number)
+            batch = max(1, BATCH_ENTRIES // (number * (len(segments) if joined else 1)) ** 2)
+            for some in np.split(group, range(batch, group.size, batch)):
+                own = [Pendulum(*(field[some] for field in q)) for q in pendulums]
+                elements = _elements(
+                    solution, segments, contacts_move, own, *(field[some] for field in fields)
+                )
+                yield points[some], elements, int(number) + waves
+
+
+def _terms(pendulums, lengths, straight):
+    """Bubbles per element that the poles and waves of a shape ask for, shape (n,); 0: too many."""
+    longest, poles = 0.0, 0.0
+    for q, ell in zip(pendulums, lengths, strict=True):
+        phase = q.r * ell
+        longest = np.maximum(longest, phase)
+        if not straight:
+            distance = 2 * ellipkm1(np.maximum(q.m, TINY)) / phase
+            digits = 2 * np.log(np.maximum(q.F / np.pi**2, 1.0)) - np.log(TRUNCATION)
+            poles = np.maximum(poles, digits / (2 * np.arcsinh(distance)))
+    terms = np.maximum(poles, longest / 2) + MORE_TERMS
+    terms = TERMS_ROUNDED_TO * np.ceil(terms / TERMS_ROUNDED_TO)
+    return np.where(longest <= (STRAIGHT_PHASE if straight else LONGEST_PHASE), terms, 0).astype(int)
+
+
+def _elements(solution, segments, contacts_move, pendulums, p, kappa, flat_length, lam, lengths):
+    """The elements of a batch of points that share their segments."""
+    state, ends = solution.state, solution.ends
+    edge = [None if end.clamped else Vertex(np.full_like(p, end.stiffness), np.ones_like(p)) for end in ends]
+    if state.line:
+        contacts = [None for _ in state.word]
+    elif contacts_move:
+        contacts = [Vertex(a + b, kappa) for a, b in pairwise(lam.T)]
+    else:
+        contacts = [Vertex(np.zeros_like(p), np.ones_like(p)) for _ in state.word]
+    walls = state.walls
+    sides = [*walls, walls[-1]] if walls else [1]
+    flat = flat_length / max(len(walls), 1)
+    return Elements(
+        segments,
+        [False] if state.straight else list(state.reversed_segments(ends)),
+        sides,
+        pendulums,
+        list(lengths.T),
+        [np.zeros_like(p), *(flat for _ in walls)],
+        [edge[0], *contacts, edge[1]],
+    )
+
+
+def with_zeros(values, number):
+    """The `number` eigenvalues next to zero of each row, known to vanish, set to 0.0."""
+    if number:
+        nearest = np.abs(values).argsort(axis=1)[:, :number]
+        np.put_along_axis(values, nearest, 0.0, axis=1)
+    return values
