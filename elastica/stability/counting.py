@@ -15,8 +15,9 @@ import numpy as np
 
 from elastica.stability.contacts import Between, Joined, nearest, negative
 
-ASIDE = (-1e-8, -2e-14, 2e-14, 1e-8)
-"""Relative distances from a held mode at which eigenvalues are counted: some coincide with it."""
+ASIDE, CLOSER = 1e-8, (1e-10, 1e-12, 2e-14)
+"""Relative distances from a held mode at which eigenvalues are counted: some coincide with it, and the closer
+the less certain the count."""
 SHARES, ROUNDS = np.arange(1, 4) / 4, 2
 """Where intervals are divided by counts, and how often: a count costs less than a step."""
 SMALL, OVER, BLUR = 1e-10, 1e-11, 1e-12
@@ -127,33 +128,36 @@ def eigenvalues(strip, count, least, scale):
     # As many eigenvalues lie below a held mode as there are held modes: no others matter.
     rows = min(len(held), count)
     needed = (before[:rows] < count) & np.isfinite(held[:rows])
-    size = np.abs(held[:rows]) + scale
-    places = np.sort(np.concatenate([held[:rows] + aside * size for aside in ASIDE]), axis=0)
-    below = _counted(strip, places, np.repeat(needed, len(ASIDE), axis=0))
-    wanted = np.arange(1, count + 1)[:, None]
-    low, high = _bracketed(places[:, None], below[:, None], wanted, least, np.inf)
+    aside = ASIDE * (np.abs(held[:rows]) + scale)
+    places = np.sort(np.concatenate([held[:rows] - aside, held[:rows] + aside]), axis=0)[:, None]
+    low, high = np.broadcast_to(least, (count, least.size)), np.full((count, least.size), np.inf)
+    low, high = _narrowed(strip, places, np.repeat(needed, 2, axis=0)[:, None], low, high)
+    middle = 0.5 * (low + high)
+    beside = high - low <= 3 * ASIDE * (np.abs(middle) + scale)
+    if beside.any():
+        mode, point = where = np.nonzero(beside)
+        middle[where] += strip.at(point).to_held(middle[where])
+        for closer in CLOSER:
+            aside = closer * (np.abs(middle) + scale)
+            places = np.stack([middle - aside, middle + aside])
+            low, high = _narrowed(strip, places, beside & (low < places) & (places < high), low, high)
     for _ in range(ROUNDS):
         places = low + (high - low) * SHARES[:, None, None]
-        below = _counted(strip, places, np.broadcast_to(np.isfinite(high), places.shape))
-        low, high = _bracketed(places, below, wanted, low, high)
+        low, high = _narrowed(strip, places, np.isfinite(places) & ~beside, low, high)
     mode, point = where = np.nonzero(np.isfinite(high))
     result = high.copy()
     result[where] = _closed_in(strip, point, mode + 1, low[where], high[where], scale[point])
     return result.T
 
 
-def _counted(strip, places, asked):
-    """How many eigenvalues lie below places (..., n); more than any number where that is not asked."""
-    below = np.full(places.shape, np.iinfo(int).max)
+def _narrowed(strip, places, asked, low, high):
+    """Intervals (count, n) of the eigenvalues once those below places (k, count or 1, n) are counted."""
+    below, places = np.full(places.shape, np.iinfo(int).max), np.where(asked, places, np.inf)
     *_, point = where = np.nonzero(asked)
     below[where] = strip.at(point).below(places[where])
-    return below
-
-
-def _bracketed(places, below, wanted, low, high):
-    """Narrow intervals (count, n) to those places (k, count, n) between which the wanted eigenvalue lies."""
-    low = np.maximum(low, np.where(below < wanted, places, -np.inf).max(axis=0))
-    return low, np.minimum(high, np.where(below < wanted, np.inf, places).min(axis=0))
+    fewer = below < np.arange(1, len(low) + 1)[:, None]
+    low = np.maximum(low, np.where(fewer, places, -np.inf).max(axis=0))
+    return low, np.minimum(high, np.where(fewer, np.inf, places).min(axis=0))
 
 
 def _closed_in(strip, point, wanted, low, high, scale):
@@ -164,7 +168,8 @@ def _closed_in(strip, point, wanted, low, high, scale):
         below, move = own.step(x)
         way = own.to_held(x)
         # Newton's step once the pole at the nearest held mode is multiplied away.
-        move = move * way / (move + way)
+        with np.errstate(all="ignore"):
+            move = move * way / (move + way)
         missing = wanted[live] - below
         above = missing > 0
         a, b = np.where(above, x, low[live]), np.where(above, high[live], x)

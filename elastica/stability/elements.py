@@ -22,8 +22,9 @@ TRUNCATION = 1e-11
 """Relative error that is left to the poles of θ where F = π²; it falls as F⁻², since eigenvalues near
 zero are differences of terms ∝ F, and squared frequencies of terms ∝ F²."""
 MORE_TERMS = 6
-"""Bubbles beyond those, and beyond half a bubble per radian of phase, that the lowest eigenvalues need: at
-most 5 did in 800 random states of ten kinds."""
+"""Bubbles beyond those, beyond half a bubble per radian of phase and beyond `LEAST_TERMS`, that the lowest
+eigenvalues need."""
+LEAST_TERMS = 4
 TERMS_ROUNDED_TO = 2
 """Points with about as many terms share a batch."""
 LONGEST_PHASE = 80.0
@@ -147,7 +148,7 @@ def _terms(pendulums, lengths, straight):
             distance = 2 * ellipkm1(np.maximum(q.m, TINY)) / phase
             digits = 2 * np.log(np.maximum(q.F / np.pi**2, 1.0)) - np.log(TRUNCATION)
             poles = np.maximum(poles, digits / (2 * np.arcsinh(distance)))
-    terms = np.maximum(poles, longest / 2) + MORE_TERMS
+    terms = np.maximum(np.maximum(poles, longest / 2), LEAST_TERMS) + MORE_TERMS
     terms = TERMS_ROUNDED_TO * np.ceil(terms / TERMS_ROUNDED_TO)
     return np.where(longest <= (STRAIGHT_PHASE if straight else LONGEST_PHASE), terms, 0).astype(int)
 

@@ -30,6 +30,10 @@ from elastica.pendulum.swing import directions, start_phase
 from elastica.stability.quadrature import element, running_integral
 from elastica.state import Segment
 
+BELOW = 1e-20
+"""Relative distance from a held mode of what coincides with it."""
+FEWER_OF_HALVES = 4
+"""Bubbles that a symmetric segment needs less."""
 HELD, FREE, SHARED = "held", "free", "shared"
 """What becomes of the rotation or of the advance at an end: it is zero, its own, or that of a contact."""
 
@@ -81,12 +85,17 @@ class Half(NamedTuple):
 
     def dynamic_stiffness(self, x):
         """S(x), shape (u, u, n)."""
-        return self.stiffness - x * (self.mass + _over_modes(self.coupling, x / (self.held - x)))
+        return self.stiffness - x * (self.mass + _over_modes(self.coupling, self._ratio(x)))
 
     def dynamic_mass(self, x):
         """−dS/dx, shape (u, u, n)."""
-        ratio = x / (self.held - x)
+        ratio = self._ratio(x)
         return self.mass + _over_modes(self.coupling, ratio * (2 + ratio))
+
+    def _ratio(self, x):
+        """x/(x_k − x); where x is a held mode, just below it."""
+        gap = self.held - x
+        return x / np.where(gap == 0, BELOW * np.abs(x), gap)
 
     def to_held(self, x):
         """Way from x (n,) to the nearest x_k."""
@@ -144,6 +153,8 @@ def reduced(piece, terms, shift, unit=None, inertia=False):
         The even and the odd one, or the whole.
     """
     parity = piece.parity
+    if parity:
+        terms = max(terms - FEWER_OF_HALVES, FEWER_OF_HALVES)
     halves = []
     for half in (1, -1) if parity else (0,):
         Q, weight, inner = _constrained(*_forms(piece, terms, half, parity, unit, inertia))

@@ -6,7 +6,7 @@ import pytest
 
 import elastica
 from elastica import shapes
-from elastica.stability import legendre, spectrum, vibration
+from elastica.stability import assembly, spectrum, vibration
 from studies import Study
 from studies.design.plan import Plan
 from studies.running.evaluate import evaluate
@@ -15,9 +15,7 @@ PARTS = (
     (spectrum, "eigenvalues"),
     (vibration, "frequencies"),
     (shapes, "sample"),
-    (legendre, "quadratic_forms"),
-    (spectrum, "quadratic_forms"),
-    (vibration, "quadratic_forms"),
+    (assembly, "reduced"),
 )
 CONTENT = {
     "study": {"name": "lean", "title": "Only what is asked"},
@@ -62,12 +60,12 @@ def test_each_output_computes_its_own_part_alone(output, part, calls):
     assert calls[part] == len(CONTENT["states"]["names"])
     others = {"eigenvalues", "frequencies", "sample"} - {part}
     assert not any(calls[name] for name in others)
-    assert bool(calls["quadratic_forms"]) == (output != "shapes")
+    assert bool(calls["reduced"]) == (output != "shapes")
 
 
 def test_a_solution_computes_on_demand(calls):
     s = elastica.solve("U", P=2.5, H=0.1)
     assert not calls
     s.eigenvalues(2)
-    # The two halves of a symmetric state share their matrices.
-    assert calls["quadratic_forms"] == 1
+    # Both segments of this state are the same.
+    assert calls["reduced"] == 1
