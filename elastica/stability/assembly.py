@@ -5,6 +5,7 @@ Not here: one segment (`held`), what is made of all of them (`counting`).
 
 import numpy as np
 
+from elastica.stability.contacts import Edge
 from elastica.stability.counting import Strip
 from elastica.stability.held import FREE, HELD, SHARED, End, Piece, reduced
 
@@ -33,11 +34,13 @@ def strip_of(elements, ends, terms, shift, unit, inertia, control):
     """
     # Where nothing weighs the advance, and B may move, it follows by itself.
     advances = inertia or control.fixes_shortening
+    free = not control.fixes_shortening
     contacts = elements.vertex[1:-1]
     line = bool(contacts) and contacts[0] is None
     at_contact = End(HELD if line else SHARED, SHARED if advances else "")
-    at_B = HELD if control.fixes_shortening else FREE
-    joints = [_edge(ends.A, HELD, advances), *(at_contact for _ in contacts), _edge(ends.B, at_B, advances)]
+    far = [SHARED, SHARED] if contacts else [HELD, FREE if free else HELD]
+    edges = [_edge(end, advance if advances else "") for end, advance in zip(ends, far, strict=True)]
+    joints = [edges[0], *(at_contact for _ in contacts), edges[1]]
     distinct, order = {}, []
     for i, (segment, reverse) in enumerate(zip(elements.segments, elements.reverse, strict=True)):
         start, end = joints[i : i + 2][:: -1 if reverse else 1]
@@ -56,10 +59,9 @@ def strip_of(elements, ends, terms, shift, unit, inertia, control):
         for support, load, flat in zip(supports, loads, elements.flats[1:], strict=True):
             load[0, 0] = flat * unit**2
             support[0, 0] = shift * load[0, 0]
-    return Strip(halves, order, supports, loads)
+    return Strip(halves, order, supports, loads, (Edge(advances, False), Edge(advances, free)))
 
 
-def _edge(end, advance, advances):
+def _edge(end, advance):
     """What is asked of a segment where it ends at an end of the strip."""
-    held = HELD if end.clamped else FREE
-    return End(held, advance if advances else "", 0.0 if end.clamped else end.stiffness)
+    return End(HELD, advance) if end.clamped else End(FREE, advance, end.stiffness)

@@ -84,6 +84,64 @@ class Elimination(NamedTuple):
         return total, 2 * unknown - total
 
 
+class Edge(NamedTuple):
+    """What becomes of the advance at an end of the strip.
+
+    Attributes
+    ----------
+    advances : bool
+        Whether it is an unknown of the segments; otherwise there is nothing to do.
+    free : bool
+        Whether it follows from the others; otherwise it vanishes.
+    """
+
+    advances: bool
+    free: bool
+
+    def stiffness(self, halves):
+        """What is left of a segment at its contact (u, u, n), and how many negative directions are not."""
+        if not self.advances:
+            return np.sum(halves, axis=0), 0
+        whole = _whole(halves)
+        near = whole[1:, 1:]
+        if not self.free:
+            return near, 0
+        follows = self._follows(whole)
+        return near + whole[0, 1:, None] * follows, (whole[0, 0] < 0).astype(int)
+
+    def mass(self, halves, masses):
+        """−dS/dx of what is left."""
+        if not self.advances:
+            return np.sum(masses, axis=0)
+        whole = _whole(masses)
+        if not self.free:
+            return whole[1:, 1:]
+        follows = self._follows(_whole(halves))
+        across = whole[0, 1:, None] * follows
+        return whole[1:, 1:] + across + across.swapaxes(0, 1) + whole[0, 0] * follows[:, None] * follows
+
+    @staticmethod
+    def _follows(whole):
+        """The far advance from the unknowns at the contact, shape (u, n)."""
+        return -whole[0, 1:] / np.where(whole[0, 0] == 0, TINY, whole[0, 0])
+
+
+def _whole(halves):
+    """The matrix of a segment in its advance at the end of the strip and its unknowns at the contact."""
+    if len(halves) == 1:
+        last = len(halves[0]) - 1
+        order = [last - 1, *range(last - 1), last]
+        return halves[0][order][:, order]
+    A, B = halves
+    total, across = A + B, (A - B)[-1:]
+    return np.concatenate(
+        [
+            np.concatenate([total[-1:, -1:], across], axis=1),
+            np.concatenate([across.swapaxes(0, 1), total], axis=1),
+        ]
+    )
+
+
 class Joined(NamedTuple):
     """What T consists of.
 

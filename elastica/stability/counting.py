@@ -46,17 +46,21 @@ class Strip(NamedTuple):
         What contacts add to the stiffness at x = 0.
     loads : ndarray, shape (contacts, u, u, n)
         What they add to the mass.
+    edges : tuple of Edge
+        What becomes of the advance at ends A and B.
     """
 
     halves: list
     order: list
     supports: np.ndarray
     loads: np.ndarray
+    edges: tuple
 
     def at(self, points):
         """The same at some of the points, which may be repeated."""
         halves = [[half.at(points) for half in each] for each in self.halves]
-        return Strip(halves, self.order, self.supports[..., points], self.loads[..., points])
+        supports, loads = (np.take(field, points, axis=-1) for field in (self.supports, self.loads))
+        return self._replace(halves=halves, supports=supports, loads=loads)
 
     @property
     def held(self):
@@ -68,37 +72,44 @@ class Strip(NamedTuple):
                 times += [self.order.count(number)] * len(half.held)
         return np.concatenate(values), np.array(times)
 
+    def to_held(self, x):
+        """Way from x (n,) to the nearest of those."""
+        ways = np.array([half.to_held(x) for each in self.halves for half in each])
+        return np.take_along_axis(ways, np.abs(ways).argmin(axis=0)[None], axis=0)[0]
+
     def below(self, x):
         """How many eigenvalues lie below x (n,)."""
-        return self._held_below(x) + negative(self._joined(x))
+        stiffness = [[half.dynamic_stiffness(x) for half in each] for each in self.halves]
+        joined, released = self._joined(stiffness, x)
+        return self._held_below(x) + released + negative(joined)
 
     def step(self, x):
         """The same, and Newton's step to one of them."""
-        masses = [[half.dynamic_mass(x) for half in each] for each in self.halves]
-        inner = [masses[number] for number in self.order[1:-1]]
-        first, last = (np.sum(masses[self.order[end]], axis=0) for end in (0, -1))
-        found, step = nearest(self._joined(x), [first, *inner, last], self.loads)
-        return self._held_below(x) + found, step
-
-    def to_held(self, x):
-        """Way from x (n,) to the nearest eigenvalue with all contacts held."""
-        ways = [half.to_held(x) for each in self.halves for half in each]
-        return np.take_along_axis(np.array(ways), np.abs(ways).argmin(axis=0)[None], axis=0)[0]
+        dynamic = [[half.dynamic(x) for half in each] for each in self.halves]
+        stiffness, masses = ([[half[i] for half in each] for each in dynamic] for i in (0, 1))
+        joined, released = self._joined(stiffness, x)
+        in_order = [masses[number] for number in self.order]
+        for end, edge in zip((0, -1), self.edges, strict=True):
+            in_order[end] = edge.mass(stiffness[self.order[end]], in_order[end])
+        found, step = nearest(joined, in_order, self.loads)
+        return self._held_below(x) + released + found, step
 
     def _held_below(self, x):
         return sum(
-            self.order.count(number) * (half.held < x).sum(axis=0)
+            self.order.count(number) * half.below(x)
             for number, each in enumerate(self.halves)
             for half in each
         )
 
-    def _joined(self, x):
-        """Stiffness at x of the first segment, of the inner ones and of the last, and of contacts."""
-        stiffness = [[half.dynamic_stiffness(x) for half in each] for each in self.halves]
+    def _joined(self, stiffness, x):
+        """What T(x) consists of, and the number of negative directions that are eliminated with its ends."""
         between = {number: Between.of(*stiffness[number]) for number in set(self.order[1:-1])}
-        first, last = (np.sum(stiffness[self.order[end]], axis=0) for end in (0, -1))
-        supports = self.supports - x * self.loads
-        return Joined(first, [between[number] for number in self.order[1:-1]], last, supports)
+        ends = [
+            edge.stiffness(stiffness[self.order[end]]) for end, edge in zip((0, -1), self.edges, strict=True)
+        ]
+        inner = [between[number] for number in self.order[1:-1]]
+        joined = Joined(ends[0][0], inner, ends[1][0], self.supports - x * self.loads)
+        return joined, ends[0][1] + ends[1][1]
 
 
 def eigenvalues(strip, count, least, scale):
@@ -189,5 +200,6 @@ def _closed_in(strip, point, wanted, low, high, scale):
         if not open_.any():
             break
         if open_.sum() < FEWER * open_.size:
-            live, x, own = live[open_], x[open_], own.at(open_)
+            left = np.flatnonzero(open_)
+            live, x, own = live[left], x[left], own.at(left)
     return 0.5 * (low + high)

@@ -81,16 +81,21 @@ class Half(NamedTuple):
 
     def at(self, points):
         """The same at some of the points."""
-        return Half(*(field[..., points] for field in self))
+        return Half(*(np.take(field, points, axis=-1) for field in self))
+
+    def below(self, x):
+        """How many x_k lie below x (n,)."""
+        return (self.held < x).view(np.int8).sum(axis=0, dtype=np.int16)
 
     def dynamic_stiffness(self, x):
         """S(x), shape (u, u, n)."""
         return self.stiffness - x * (self.mass + _over_modes(self.coupling, self._ratio(x)))
 
-    def dynamic_mass(self, x):
-        """−dS/dx, shape (u, u, n)."""
+    def dynamic(self, x):
+        """S(x) and −dS/dx, shape (u, u, n) each."""
         ratio = self._ratio(x)
-        return self.mass + _over_modes(self.coupling, ratio * (2 + ratio))
+        stiffness = self.stiffness - x * (self.mass + _over_modes(self.coupling, ratio))
+        return stiffness, self.mass + _over_modes(self.coupling, ratio * (2 + ratio))
 
     def _ratio(self, x):
         """x/(x_k − x); where x is a held mode, just below it."""
