@@ -27,6 +27,8 @@ SMALL_BESIDE = 0.1
 """Part of the way to the nearest held mode: what leads there is not a step to an eigenvalue."""
 ROUNDING = np.finfo(float).eps
 MOST_STEPS = 100
+MOST_LOST = 1e6
+"""Factor by which a held mode is larger than the rest from which on its rounding matters."""
 PATIENCE = 6
 """Steps in which an interval has to have been halved, or it is."""
 FEWER = 0.75
@@ -77,6 +79,16 @@ class Strip(NamedTuple):
         ways = np.array([half.to_held(x) for each in self.halves for half in each])
         return np.take_along_axis(ways, np.abs(ways).argmin(axis=0)[None], axis=0)[0]
 
+    def doubtful(self, x):
+        """Whether so much of the stiffness at x (n,) is that of the nearest held mode that it hides the rest.
+
+        A single unknown at each contact loses nothing.
+        """
+        if self.supports.shape[1] < 2:
+            return np.zeros(x.size, bool)
+        return np.max([half.loss(x) for each in self.halves for half in each], axis=0) > MOST_LOST
+
+    @np.errstate(all="ignore")
     def below(self, x):
         """How many eigenvalues lie below x (n,)."""
         stiffness = [[half.dynamic_stiffness(x) for half in each] for each in self.halves]
@@ -112,6 +124,7 @@ class Strip(NamedTuple):
         return joined, ends[0][1] + ends[1][1]
 
 
+@np.errstate(all="ignore")
 def eigenvalues(strip, count, least, scale):
     """The `count` lowest eigenvalues x.
 
@@ -127,15 +140,17 @@ def eigenvalues(strip, count, least, scale):
 
     Returns
     -------
-    ndarray, shape (n, count)
+    values : ndarray, shape (n, count)
         Ascending; infinite where there are not so many.
+    doubtful : ndarray of bool, shape (n,)
+        Where one lies so near a held mode that the stiffness there has lost digits.
     """
     held, times = strip.held
     order = np.argsort(held, axis=0, kind="stable")
     held, before = np.take_along_axis(held, order, axis=0), np.cumsum(times[order], axis=0) - times[order]
     if not strip.supports[..., 0].size:
         which = (before[:, None] <= np.arange(count)[:, None]).sum(axis=0) - 1
-        return np.take_along_axis(held, which, axis=0).T
+        return np.take_along_axis(held, which, axis=0).T, np.zeros(least.size, bool)
     # As many eigenvalues lie below a held mode as there are held modes: no others matter.
     rows = min(len(held), count)
     needed = (before[:rows] < count) & np.isfinite(held[:rows])
@@ -158,7 +173,9 @@ def eigenvalues(strip, count, least, scale):
     mode, point = where = np.nonzero(np.isfinite(high))
     result = high.copy()
     result[where] = _closed_in(strip, point, mode + 1, low[where], high[where], scale[point])
-    return result.T
+    doubtful = np.zeros(least.size, bool)
+    doubtful[point[strip.at(point).doubtful(result[where])]] = True
+    return result.T, doubtful
 
 
 def _narrowed(strip, places, asked, low, high):
@@ -179,8 +196,7 @@ def _closed_in(strip, point, wanted, low, high, scale):
         below, move = own.step(x)
         way = own.to_held(x)
         # Newton's step once the pole at the nearest held mode is multiplied away.
-        with np.errstate(all="ignore"):
-            move = move * way / (move + way)
+        move = move * way / (move + way)
         missing = wanted[live] - below
         above = missing > 0
         a, b = np.where(above, x, low[live]), np.where(above, high[live], x)

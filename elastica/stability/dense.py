@@ -14,8 +14,8 @@ Each segment's height constraint turns into one unknown by a reflection, and is 
 The rotation φ moves the strip by η = ∫ φ (−sin θ, cos θ) ds from end A on. Across, η starts and ends at 0 in
 every segment; along, it adds up from segment to segment, and flat stretches go along with it.
 
-Not here: the same segment by segment (`held`, `counting`), which is what is used; this is what it is compared
-with.
+Not here: the same segment by segment (`held`, `counting`), which is what is used wherever it loses no digits,
+and compared with this.
 """
 
 from typing import NamedTuple
@@ -36,35 +36,44 @@ MARGIN = 1e-3
 
 
 @single_threaded
-def eigenvalues(solution, count, control=LOAD, terms=None):
+def eigenvalues(solution, count, control=LOAD, points=None):
     """The `count` lowest eigenvalues of the second variation, all segments in one matrix.
 
-    Parameters and result are those of `spectrum.eigenvalues`, which is much faster. The straight strip is
-    not among the states that it knows.
+    Parameters
+    ----------
+    solution, count, control
+        As for `spectrum.eigenvalues`, which is much faster. The straight strip is not among the states that
+        this knows.
+    points : ndarray of int, shape (n,), optional
+        Flat indices of the points wanted, by default all.
+
+    Returns
+    -------
+    ndarray, shape (n, count) or (..., count)
     """
     result = np.full((solution.status.size, count), np.nan)
-    for points, elements, size in batches(solution, count, terms=terms, joined=True):
+    for some, elements, size in batches(solution, count, only=points, joined=True):
         # Q ≥ −F ∫φ², since the reactions of a solved state push.
         shift = np.max([q.F for q in elements.pendulums], axis=0)
         Q, weight = quadratic_forms(elements, size, control=control).constrained
         values = _lowest(Q, weight, shift)
         zeros = elements.sliding if solution.state.line else 0
-        result[points] = with_zeros(values, zeros)[:, :count]
-    return result.reshape(*solution.status.shape, count)
+        result[some] = with_zeros(values, zeros)[:, :count]
+    return result.reshape(*solution.status.shape, count) if points is None else result[points]
 
 
 @single_threaded
-def frequencies(solution, count, control=LOAD):
-    """The `count` lowest natural frequencies, all segments in one matrix: as `vibration.frequencies`."""
+def frequencies(solution, count, control=LOAD, points=None):
+    """The `count` lowest natural frequencies, all segments in one matrix: with arguments as `eigenvalues`."""
     control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
-    for points, elements, terms in batches(solution, count, joined=True):
+    for some, elements, terms in batches(solution, count, only=points, joined=True):
         Q, inertia = quadratic_forms(elements, terms, True, control).constrained
         widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
-        squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[points] > 0)
+        squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[some] > 0)
         squares = with_zeros(squares, elements.sliding if solution.state.line else 0)[:, :count]
-        result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
-    return result.reshape(*solution.status.shape, count)
+        result[some] = np.sign(squares) * np.sqrt(np.abs(squares))
+    return result.reshape(*solution.status.shape, count) if points is None else result[points]
 
 
 def quadratic_forms(elements, terms, inertia=False, control=LOAD):

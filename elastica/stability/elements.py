@@ -81,7 +81,7 @@ class Elements(NamedTuple):
         )
 
 
-def batches(solution, count, contacts_move=True, terms=None, joined=False):
+def batches(solution, count, contacts_move=True, terms=None, only=None, joined=False):
     """The solved points of a solution in batches, each with its elements.
 
     Parameters
@@ -93,6 +93,8 @@ def batches(solution, count, contacts_move=True, terms=None, joined=False):
         False leaves out the sum over contacts in Q.
     terms : int, optional
         Bubbles per element, for all shapes; by default as many as each shape needs.
+    only : ndarray of int, optional
+        Flat indices of the points to look at.
     joined : bool
         Whether matrices are made of all segments together.
 
@@ -106,6 +108,8 @@ def batches(solution, count, contacts_move=True, terms=None, joined=False):
     """
     state = solution.state
     solved = np.flatnonzero(solution.status == Status.SOLVED)
+    if only is not None:
+        solved = np.intersect1d(solved, only)
     for points, segments in [(solved, (STRAIGHT,))] if state.straight else solution.patterns(solved):
         p = FOUR_PI_SQUARED * solution.P.ravel()[points]
         if state.straight:

@@ -97,6 +97,13 @@ class Half(NamedTuple):
         stiffness = self.stiffness - x * (self.mass + _over_modes(self.coupling, ratio))
         return stiffness, self.mass + _over_modes(self.coupling, ratio * (2 + ratio))
 
+    def loss(self, x):
+        """How much larger than all else the nearest held mode is in S(x), shape (n,)."""
+        own = np.abs(np.einsum("uun->un", self.stiffness)) + np.abs(x) * np.einsum("uun->un", self.mass)
+        # What costs nothing, as an advance of the whole without inertia, is not coupled.
+        share = np.einsum("uumn->umn", self.coupling) / np.where(own == 0, 1.0, own)[:, None]
+        return np.abs(x * self._ratio(x) * share.max(axis=0)).max(axis=0)
+
     def _ratio(self, x):
         """x/(x_k − x); where x is a held mode, just below it."""
         gap = self.held - x

@@ -14,7 +14,7 @@ from elastica.control import LOAD
 from elastica.equilibria.euler import euler_root
 from elastica.inputs import check_count
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.stability import counting
+from elastica.stability import counting, dense
 from elastica.stability.assembly import strip_of
 from elastica.stability.elements import batches, with_zeros
 
@@ -108,8 +108,11 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         shift = np.max([q.F for q in elements.pendulums], axis=0)
         unit = np.sqrt(solution.shortening.ravel()[points])
         strip = strip_of(elements, solution.ends, size, shift, unit, False, control)
-        values = counting.eigenvalues(strip, count, LEAST * shift, shift) - shift[:, None]
-        result[points] = with_zeros(values, elements.sliding if state.line else 0)
+        values, doubtful = counting.eigenvalues(strip, count, LEAST * shift, shift)
+        values = with_zeros(values - shift[:, None], elements.sliding if state.line else 0)
+        result[points] = values
+        if doubtful.any():
+            result[points[doubtful]] = dense.eigenvalues(solution, count, control, points[doubtful])
         if not contacts_move:
             index[points] = strip.below(shift)
     return result.reshape(*shape, count), index.reshape(shape)

@@ -16,7 +16,7 @@ import numpy as np
 from elastica.blas import single_threaded
 from elastica.control import LOAD
 from elastica.inputs import check_count
-from elastica.stability import counting
+from elastica.stability import counting, dense
 from elastica.stability.assembly import strip_of
 from elastica.stability.elements import batches, with_zeros
 
@@ -58,7 +58,9 @@ def frequencies(solution, count, control=LOAD):
         shift = SHIFT * widest
         unit = np.sqrt(solution.shortening.ravel()[points])
         strip = strip_of(elements, solution.ends, terms, shift, unit, True, control)
-        squares = counting.eigenvalues(strip, count, shift - LARGEST_GROWTH * widest, shift) - shift[:, None]
-        squares = with_zeros(squares, elements.sliding if solution.state.line else 0)
+        squares, doubtful = counting.eigenvalues(strip, count, shift - LARGEST_GROWTH * widest, shift)
+        squares = with_zeros(squares - shift[:, None], elements.sliding if solution.state.line else 0)
         result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
+        if doubtful.any():
+            result[points[doubtful]] = dense.frequencies(solution, count, control, points[doubtful])
     return result.reshape(*solution.status.shape, count)
