@@ -111,16 +111,19 @@ def batches(solution, count, contacts_move=True, terms=None, only=None, joined=F
     if only is not None:
         solved = np.intersect1d(solved, only)
     for points, segments in [(solved, (STRAIGHT,))] if state.straight else solution.patterns(solved):
-        p = FOUR_PI_SQUARED * solution.P.ravel()[points]
+        p = np.maximum(FOUR_PI_SQUARED * solution.P.ravel()[points], AT_REST)
+        kappa = solution.curvature.ravel()[points]
         if state.straight:
+            # The least swing of which it is known where θ = 0.
+            kappa = 2 * np.sqrt(p * TINY)
             lam, lengths = np.zeros((points.size, 1)), np.ones((points.size, 1))
         else:
             lam, lengths = (
                 field.reshape(-1, len(segments))[points] for field in (solution.lam, solution.lengths)
             )
         fields = (
-            np.maximum(p, AT_REST),
-            solution.curvature.ravel()[points],
+            p,
+            kappa,
             solution.flat_length.ravel()[points],
             lam,
             lengths,
