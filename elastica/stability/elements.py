@@ -115,7 +115,7 @@ def batches(solution, count, contacts_move=True, terms=None, only=None, joined=F
         kappa = solution.curvature.ravel()[points]
         if state.straight:
             # The least swing of which it is known where θ = 0.
-            kappa = 2 * np.sqrt(p * TINY)
+            kappa = 2 * np.sqrt(p) * np.sqrt(TINY)
             lam, lengths = np.zeros((points.size, 1)), np.ones((points.size, 1))
         else:
             lam, lengths = (
