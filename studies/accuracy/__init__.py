@@ -7,7 +7,7 @@ collocation    a peer: SciPy's solve_bvp
 dense          a peer: the published procedure, Newton's method and eigenvalues with full matrices
 interior_point a peer: IPOPT through casadi
 measure        the run: interleaved rounds, one dataset
-floor          how long a perfect solver's special functions take
+floor          what each quantity costs, beside a perfect solver's special functions and dense algebra
 report         tables, ratios at equal error; figures: error against time
 folder         what a run leaves behind
 scale          whole studies of growing size; storage: the same dataset in several layouts; scale_report

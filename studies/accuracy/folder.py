@@ -12,7 +12,7 @@ import xarray as xr
 from studies.accuracy.cases import cases
 from studies.accuracy.floor import floor
 from studies.accuracy.measure import dataset
-from studies.accuracy.report import figure, markdown
+from studies.accuracy.report import figure, figure_of_contacts, markdown
 from studies.errors import StudyError
 from studies.whole_files import written_whole
 
@@ -54,6 +54,8 @@ class Folder:
         """Write tables and figures; the tables as text."""
         text = markdown(self.data)
         (self.path / "accuracy.md").write_text(text, encoding="utf-8")
+        if "contacts" in self.data.dims:
+            figure_of_contacts(self.data).savefig(self.path / "accuracy-contacts.png", dpi=150)
         for case in cases():
             figure(self.data, case).savefig(self.path / f"accuracy-{case}.png", dpi=150)
         return text

@@ -24,6 +24,8 @@ CURVES = {
     "ipopt": ("IPOPT through casadi", "#cc79a7", "X", "--"),
 }
 """Label, colour, marker and line of each curve."""
+QUANTITIES = ("#0b4f8a", "*"), ("#d55e00", "D"), ("#e69f00", "s"), ("#009e73", "o")
+"""Colour and marker of each quantity against the number of contacts."""
 PEERS = {
     "solve_bvp, tolerance 1e-09": "equilibrium",
     "IPOPT, 400 links": "equilibrium",
@@ -90,7 +92,7 @@ def markdown(data):
             else "",
         ]
     if "floor_seconds" in data:
-        lines += _floor(data)
+        lines += [*_floor(data), *_quantities(data), *_contacts(data)]
     median = data["seconds"].median("round")
     for case in cases():
         for task, title in TASKS.items():
@@ -115,7 +117,7 @@ def _floor(data):
         "",
         "## The floor",
         "",
-        "Equilibrium + index over the time of the elliptic integrals alone that a perfect solver needs:",
+        "Equilibrium + index over the elliptic integrals that a perfect solver needs, in processor time:",
         "four evaluations for each distinct segment (three Newton steps from the closed form of small",
         "deflections, and the result). The functions: SciPy's ellipk, ellipe, ellipkinc, ellipeinc, or",
         "one pass for all four as the solver has it.",
@@ -131,6 +133,85 @@ def _floor(data):
             f"| {taken / least:.2f} |"
         )
     return lines
+
+
+def _quantities(data):
+    """What each quantity of a state costs, beside the floor in the largest block and beside dense algebra."""
+    lines = [
+        "",
+        "## Eigenvalues, frequencies, shapes",
+        "",
+        "Four eigenvalues, four frequencies, 101 points of the shape, in processor time, and over the floor",
+        "of one pass. Dense: the same from one matrix for all segments; differences are relative to",
+        "the value or to π², whichever is larger.",
+        "",
+        "| state | quantity | µs a state | over the floor | dense, µs | dense / measured | difference |",
+        "|---|---|---:|---:|---:|---:|---:|",
+    ]
+    least = data["floor_seconds"].sel(functions="one pass").isel(block=-1)
+    for state in data["floor_state"].values:
+        for quantity in data["quantity"].values:
+            at = {"floor_state": state, "quantity": quantity}
+            taken, dense, difference = (
+                data[name].sel(at).item() for name in ("quantity_seconds", "dense_seconds", "difference")
+            )
+            peer = (
+                f"{dense * 1e6:,.0f} | {dense / taken:,.0f} | {difference:.0e}"
+                if np.isfinite(dense)
+                else "— | — | —"
+            )
+            ratio = taken / least.sel(floor_state=state).item()
+            lines.append(f"| {state} | {quantity} | {taken * 1e6:,.1f} | {ratio:,.0f} | {peer} |")
+    return lines
+
+
+def _contacts(data):
+    """What contacts cost."""
+    names = ["equilibrium + index", *data["quantity"].values]
+    lines = [
+        "",
+        "## Cost against the number of contacts",
+        "",
+        "µs of processor time a state, words U, UD, UDU, … between clamps.",
+        "",
+        f"| contacts | {' | '.join(names)} |",
+        "|---:|" + "---:|" * len(names),
+    ]
+    for number, *seconds in zip(data["contacts"].values, *_by_contacts(data).values(), strict=True):
+        lines.append(f"| {number} | " + " | ".join(f"{value * 1e6:,.1f}" for value in seconds) + " |")
+    return lines
+
+
+def _by_contacts(data):
+    """Seconds of each quantity against the number of contacts."""
+    return {"equilibrium + index": data["contact_solve_seconds"].values} | {
+        quantity: data["contact_seconds"].sel(quantity=quantity).values
+        for quantity in data["quantity"].values
+    }
+
+
+def figure_of_contacts(data):
+    """Time per state against the number of contacts.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
+    drawn = Figure(figsize=(6.2, 4.6), layout="constrained")
+    FigureCanvasAgg(drawn)
+    axes = drawn.subplots()
+    for (name, seconds), (colour, marker) in zip(_by_contacts(data).items(), QUANTITIES, strict=True):
+        axes.plot(data["contacts"].values, seconds * 1e6, "-", color=colour, marker=marker, label=name)
+    number = data["contacts"].values
+    first = data["contact_solve_seconds"].values[0] * 1e6
+    axes.plot(number, first * number, ":", color="0.5", label="proportional")
+    axes.set(xscale="log", yscale="log", xlabel="contacts", ylabel="µs a state", title="Cost of contacts")
+    axes.set_xticks(number, [str(n) for n in number])
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(color="#e5e5e5", linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.legend(frameon=False, fontsize=9)
+    return drawn
 
 
 def figure(data, case):
