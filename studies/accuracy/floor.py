@@ -34,8 +34,8 @@ class Row(NamedTuple):
 
     title: str
     state: str
-    loads: tuple
-    gaps: tuple
+    loads: tuple[float, float]
+    gaps: tuple[float, float]
     segments: int
     ends: str = "clamped-clamped"
 
