@@ -122,7 +122,7 @@ def floor(quick=False):
 def _points(row, size):
     """Random loads and gaps of a state."""
     random = np.random.default_rng(0)
-    return random.uniform(*row.loads, size), random.uniform(*row.gaps, size)
+    return random.uniform(*row.loads, size=size), random.uniform(*row.gaps, size=size)
 
 
 def _solved(row, size):
