@@ -122,7 +122,8 @@ def floor(quick=False):
 def _points(row, size):
     """Random loads and gaps of a state."""
     random = np.random.default_rng(0)
-    return random.uniform(*row.loads, size=size), random.uniform(*row.gaps, size=size)
+    (least, most), (narrow, wide) = row.loads, row.gaps
+    return random.uniform(least, most, size), random.uniform(narrow, wide, size)
 
 
 def _solved(row, size):
