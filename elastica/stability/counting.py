@@ -18,8 +18,8 @@ from elastica.stability.contacts import Between, Joined, nearest, negative
 ASIDE, CLOSER = 1e-8, (1e-10, 1e-12, 2e-14)
 """Relative distances from a held mode at which eigenvalues are counted: some coincide with it, and the closer
 the less certain the count."""
-SHARES, ROUNDS = np.arange(1, 4) / 4, 2
-"""Where intervals are divided by counts, and how often: a count costs less than a step."""
+SHARES, MOST_ROUNDS = np.arange(1, 4) / 4, 2
+"""Where intervals are divided by counts, and how often: with many contacts one may hold many eigenvalues."""
 SMALL, OVER, BLUR = 1e-10, 1e-11, 1e-12
 """Relative steps of Newton's method: below the first the next is rounding, the second is taken beyond its
 end, and below the third the number of eigenvalues below is not certain."""
@@ -158,6 +158,8 @@ def eigenvalues(strip, count, least, scale):
     places = np.sort(np.concatenate([held[:rows] - aside, held[:rows] + aside]), axis=0)[:, None]
     low, high = np.broadcast_to(least, (count, least.size)), np.full((count, least.size), np.inf)
     low, high = _narrowed(strip, places, np.repeat(needed, 2, axis=0)[:, None], low, high)
+    # Most states are stable: ν = 0 is a bound of all or all but few.
+    low, high = _narrowed(strip, scale[None, None], np.ones((1, 1, scale.size), bool), low, high)
     middle = 0.5 * (low + high)
     beside = high - low <= 3 * ASIDE * (np.abs(middle) + scale)
     if beside.any():
@@ -167,7 +169,7 @@ def eigenvalues(strip, count, least, scale):
             aside = closer * (np.abs(middle) + scale)
             places = np.stack([middle - aside, middle + aside])
             low, high = _narrowed(strip, places, beside & (low < places) & (places < high), low, high)
-    for _ in range(ROUNDS):
+    for _ in range(min(len(strip.order) // 2 - 1, MOST_ROUNDS)):
         places = low + (high - low) * SHARES[:, None, None]
         low, high = _narrowed(strip, places, np.isfinite(places) & ~beside, low, high)
     mode, point = where = np.nonzero(np.isfinite(high))

@@ -25,8 +25,9 @@ MORE_TERMS = 6
 """Bubbles beyond those, beyond half a bubble per radian of phase and beyond `LEAST_TERMS`, that the lowest
 eigenvalues need."""
 LEAST_TERMS = 4
-TERMS_ROUNDED_TO = 2
-"""Points with about as many terms share a batch."""
+TERMS_ROUNDED_TO, OF_LONG_WORDS, LONG_WORD = 2, 6, 8
+"""Points with about as many terms share a batch; of words with more segments than the last the work is that
+of handing out many small arrays, and batches are larger."""
 LONGEST_PHASE = 80.0
 """Longer segments are left out."""
 STRAIGHT_PHASE = 320.0
@@ -129,7 +130,8 @@ def batches(solution, count, contacts_move=True, terms=None, only=None, joined=F
             lengths,
         )
         pendulums = pendulums_of(segments, fields[0], fields[1], lam.T)
-        needed = _terms(pendulums, lengths.T, state.straight)
+        rounded_to = OF_LONG_WORDS if len(segments) > LONG_WORD else TERMS_ROUNDED_TO
+        needed = _terms(pendulums, lengths.T, state.straight, rounded_to)
         # Each segment has its share of the half waves of the highest mode, with π/2 bubbles for each.
         waves = -(-2 * (count + 1) // len(segments))
         if terms is not None:
@@ -145,7 +147,7 @@ def batches(solution, count, contacts_move=True, terms=None, only=None, joined=F
                 yield points[some], elements, int(number) + waves
 
 
-def _terms(pendulums, lengths, straight):
+def _terms(pendulums, lengths, straight, rounded_to):
     """Bubbles per element that the poles and waves of a shape ask for, shape (n,); 0: too many."""
     longest, poles = 0.0, 0.0
     for q, ell in zip(pendulums, lengths, strict=True):
@@ -156,7 +158,7 @@ def _terms(pendulums, lengths, straight):
             digits = 2 * np.log(np.maximum(q.F / np.pi**2, 1.0)) - np.log(TRUNCATION)
             poles = np.maximum(poles, digits / (2 * np.arcsinh(distance)))
     terms = np.maximum(np.maximum(poles, longest / 2), LEAST_TERMS) + MORE_TERMS
-    terms = TERMS_ROUNDED_TO * np.ceil(terms / TERMS_ROUNDED_TO)
+    terms = rounded_to * np.ceil(terms / rounded_to)
     return np.where(longest <= (STRAIGHT_PHASE if straight else LONGEST_PHASE), terms, 0).astype(int)
 
 
