@@ -79,6 +79,9 @@ def test_a_pinned_strip_is_half_of_a_clamped_one(compared, state, P, H):
     compared(np.isfinite(pinned.curvature))
     if state == "U-":
         assert pinned.lengths == pytest.approx(clamped.lengths, rel=1e-11, nan_ok=True)
+    elif Status.NOT_FOLLOWED in (pinned.status, clamped.status):
+        # The longer strip has room for more periods, some of which end the search.
+        assert {int(pinned.status), int(clamped.status)} <= {Status.NO_EQUILIBRIUM, Status.NOT_FOLLOWED}
     else:
         assert pinned.status == clamped.status
     assert 2 * pinned.curvature == pytest.approx(float(clamped.curvature), rel=1e-9, nan_ok=True)
