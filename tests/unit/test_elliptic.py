@@ -5,7 +5,9 @@ import pytest
 from elastica.pendulum.elliptic import integrals
 
 NEAR_ZERO = 10.0 ** np.arange(-16, 0.0)
-PARAMETERS = np.concatenate([1 - NEAR_ZERO, [0.5, 0.2, 0.05, 0.049], 10.0 ** -np.arange(2.0, 17)])
+PARAMETERS = np.concatenate(
+    [1 - NEAR_ZERO, [0.5, 0.401, 0.4, 0.399, 0.2, 0.016, 0.015, 0.0149], 10.0 ** -np.arange(2.0, 17)]
+)
 AMPLITUDES = np.concatenate([[0, 1e-9, 0.3, -0.7, 1.2], np.pi / 2 - 10.0 ** -np.arange(1.0, 13)])
 
 
@@ -23,6 +25,13 @@ def test_agree_with_fifty_digits(m1):
             f, e = mpmath.ellipf(phi, m), mpmath.ellipe(phi, m)
             assert abs(F[i] - f) <= 2e-15 * abs(f)
             assert abs(DF[i] - (f - e) / m) <= 2e-15 * abs(f)
+
+
+def test_logarithm_next_to_m_one():
+    m1 = 10.0 ** -np.arange(40.0, 308, 20)
+    K, DK, *_ = integrals(m1, np.zeros_like(m1), np.ones_like(m1))
+    assert K == pytest.approx(np.log(4) - 0.5 * np.log(m1), rel=1e-15)
+    assert DK == pytest.approx(K - 1, rel=1e-15)
 
 
 def test_circular_at_m_zero():
