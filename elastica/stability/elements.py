@@ -34,6 +34,8 @@ STRAIGHT_PHASE = 320.0
 """The same for the straight strip, which has no poles."""
 BATCH_ENTRIES = 400_000
 """Entries of the matrices of a batch: larger ones leave the cache."""
+BATCH_VALUES = 16_000
+"""Eigenvalues of a batch."""
 STRAIGHT = Segment(Kind(0, 1), 0, 0)
 AT_REST = 1e-100
 """Thrust in place of none: the straight strip is the pendulum at rest, whose F must not vanish."""
@@ -138,7 +140,8 @@ def batches(solution, count, contacts_move=True, terms=None, only=None, joined=F
             needed, waves = np.where(needed > 0, terms, 0), 0
         for number in np.unique(needed[needed > 0]):
             group = np.flatnonzero(needed == number)
-            batch = max(1, BATCH_ENTRIES // (number * (len(segments) if joined else 1)) ** 2)
+            entries = (number * (len(segments) if joined else 1)) ** 2
+            batch = max(1, min(BATCH_ENTRIES // entries, BATCH_VALUES // count))
             for some in np.split(group, range(batch, group.size, batch)):
                 own = [Pendulum(*(field[some] for field in q)) for q in pendulums]
                 elements = _elements(
