@@ -25,6 +25,8 @@ SMALL, OVER, BLUR = 1e-10, 1e-11, 1e-12
 end, and below the third the number of eigenvalues below is not certain."""
 SMALL_BESIDE = 0.1
 """Part of the way to the nearest held mode: what leads there is not a step to an eigenvalue."""
+NEAR_ZERO = 1e-9
+"""In units of σ: an eigenvalue that is known to vanish is not below."""
 ROUNDING = np.finfo(float).eps
 MOST_STEPS = 100
 MOST_LOST = 1e6
@@ -65,6 +67,11 @@ class Strip(NamedTuple):
         return self._replace(halves=halves, supports=supports, loads=loads)
 
     @property
+    def talks(self):
+        """Whether segments share anything."""
+        return self.supports.shape[0] * self.supports.shape[1] > 0
+
+    @property
     def held(self):
         """Eigenvalues with all contacts held and how many segments have each: (modes, n), (modes,)."""
         values, times = [], []
@@ -91,6 +98,8 @@ class Strip(NamedTuple):
     @np.errstate(all="ignore")
     def below(self, x):
         """How many eigenvalues lie below x (n,)."""
+        if not self.talks:
+            return self._held_below(x)
         stiffness = [[half.dynamic_stiffness(x) for half in each] for each in self.halves]
         joined, released = self._joined(stiffness, x)
         return self._held_below(x) + released + negative(joined)
@@ -124,6 +133,14 @@ class Strip(NamedTuple):
         return joined, ends[0][1] + ends[1][1]
 
 
+def with_zeros(strip, values, shift, number):
+    """Eigenvalues ν (n, count); the `number` after the negative ones are known to vanish and set to 0.0."""
+    if not number:
+        return values
+    after = np.arange(values.shape[1]) - strip.below(shift * (1 - NEAR_ZERO))[:, None]
+    return np.where((after >= 0) & (after < number), 0.0, values)
+
+
 @np.errstate(all="ignore")
 def eigenvalues(strip, count, least, scale):
     """The `count` lowest eigenvalues x.
@@ -148,7 +165,7 @@ def eigenvalues(strip, count, least, scale):
     held, times = strip.held
     order = np.argsort(held, axis=0, kind="stable")
     held, before = np.take_along_axis(held, order, axis=0), np.cumsum(times[order], axis=0) - times[order]
-    if not strip.supports[..., 0].size:
+    if not strip.talks:
         which = (before[:, None] <= np.arange(count)[:, None]).sum(axis=0) - 1
         return np.take_along_axis(held, which, axis=0).T, np.zeros(least.size, bool)
     # As many eigenvalues lie below a held mode as there are held modes: no others matter.

@@ -26,7 +26,7 @@ from elastica.blas import single_threaded
 from elastica.control import LOAD
 from elastica.pendulum.segments import TINY, Pendulum
 from elastica.pendulum.swing import directions, start_phase
-from elastica.stability.elements import batches, with_zeros
+from elastica.stability.elements import batches
 from elastica.stability.quadrature import reference_element, running_integral
 
 LARGEST_GROWTH = 9.0
@@ -58,7 +58,7 @@ def eigenvalues(solution, count, control=LOAD, points=None):
         Q, weight = quadratic_forms(elements, size, control=control).constrained
         values = _lowest(Q, weight, shift)
         zeros = elements.sliding if solution.state.line else 0
-        result[some] = with_zeros(values, zeros)[:, :count]
+        result[some] = _with_zeros(values, zeros)[:, :count]
     return result.reshape(*solution.status.shape, count) if points is None else result[points]
 
 
@@ -71,7 +71,7 @@ def frequencies(solution, count, control=LOAD, points=None):
         Q, inertia = quadratic_forms(elements, terms, True, control).constrained
         widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
         squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[some] > 0)
-        squares = with_zeros(squares, elements.sliding if solution.state.line else 0)[:, :count]
+        squares = _with_zeros(squares, elements.sliding if solution.state.line else 0)[:, :count]
         result[some] = np.sign(squares) * np.sqrt(np.abs(squares))
     return result.reshape(*solution.status.shape, count) if points is None else result[points]
 
@@ -244,3 +244,11 @@ def _resolved(Q, inertia, scale, unstable):
         first = _lowest(Q[unstable], inertia[unstable], LARGEST_GROWTH * scale[unstable])[:, 0]
         shift[unstable] += 1.5 * np.maximum(-first, 0.0)
     return _lowest(Q, inertia, shift)
+
+
+def _with_zeros(values, number):
+    """The `number` eigenvalues next to zero of each row, known to vanish, set to 0.0."""
+    if number:
+        nearest = np.abs(values).argsort(axis=1)[:, :number]
+        np.put_along_axis(values, nearest, 0.0, axis=1)
+    return values

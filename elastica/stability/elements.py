@@ -187,11 +187,3 @@ def _elements(solution, segments, contacts_move, pendulums, p, kappa, flat_lengt
         [np.zeros_like(p), *(flat for _ in walls)],
         [edge[0], *contacts, edge[1]],
     )
-
-
-def with_zeros(values, number):
-    """The `number` eigenvalues next to zero of each row, known to vanish, set to 0.0."""
-    if number:
-        nearest = np.abs(values).argsort(axis=1)[:, :number]
-        np.put_along_axis(values, nearest, 0.0, axis=1)
-    return values

@@ -16,7 +16,7 @@ from elastica.inputs import check_count
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability import counting, dense
 from elastica.stability.assembly import strip_of
-from elastica.stability.elements import batches, with_zeros
+from elastica.stability.elements import batches
 
 LEAST = -1e-3
 """Below all eigenvalues x = ν + σ, in units of σ."""
@@ -109,8 +109,8 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         unit = np.sqrt(solution.shortening.ravel()[points])
         strip = strip_of(elements, solution.ends, size, shift, unit, False, control)
         values, doubtful = counting.eigenvalues(strip, count, LEAST * shift, shift)
-        values = with_zeros(values - shift[:, None], elements.sliding if state.line else 0)
-        result[points] = values
+        zeros = elements.sliding if state.line else 0
+        result[points] = counting.with_zeros(strip, values - shift[:, None], shift, zeros)
         if doubtful.any():
             result[points[doubtful]] = dense.eigenvalues(solution, count, control, points[doubtful])
         if not contacts_move:

@@ -18,7 +18,7 @@ from elastica.control import LOAD
 from elastica.inputs import check_count
 from elastica.stability import counting, dense
 from elastica.stability.assembly import strip_of
-from elastica.stability.elements import batches, with_zeros
+from elastica.stability.elements import batches
 
 LARGEST_GROWTH = 9.0
 """−ω² in units of c² stays below this."""
@@ -59,7 +59,8 @@ def frequencies(solution, count, control=LOAD):
         unit = np.sqrt(solution.shortening.ravel()[points])
         strip = strip_of(elements, solution.ends, terms, shift, unit, True, control)
         squares, doubtful = counting.eigenvalues(strip, count, shift - LARGEST_GROWTH * widest, shift)
-        squares = with_zeros(squares - shift[:, None], elements.sliding if solution.state.line else 0)
+        zeros = elements.sliding if solution.state.line else 0
+        squares = counting.with_zeros(strip, squares - shift[:, None], shift, zeros)
         result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
         if doubtful.any():
             result[points[doubtful]] = dense.frequencies(solution, count, control, points[doubtful])

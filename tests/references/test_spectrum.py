@@ -75,6 +75,16 @@ def test_frequencies_have_the_signs_of_the_energy_method(name, ends, rng):
     assert (omega <= free[:, 1:] + 1e-4).all() or s.state.straight
 
 
+@pytest.mark.parametrize("count", [1, 3, 6])
+def test_the_zeros_of_a_line_state_come_after_its_negative_eigenvalues(count):
+    """With an extra period in each segment four are negative; only then follow the exact zeros of both."""
+    s = elastica.solve("U-", P=19.91770682206908, H=0.1492310724517735)
+    assert (s.periods == 1).all()
+    for values in s.eigenvalues(count), s.frequencies(count):
+        assert (values[:4] < -10).all()
+        assert values[4:6].tolist() == [0, 0][: max(count - 4, 0)]
+
+
 def linear_elements(name, P, H, ends, finer, fixed_shortening=False):
     """The four lowest ω² with linear φ on links, positions summed up link by link, from the sampled shape."""
     s = elastica.solve(name, P=P, H=H, ends=ends)
