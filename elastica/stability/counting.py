@@ -29,7 +29,7 @@ NEAR_ZERO = 1e-9
 """In units of σ: an eigenvalue that is known to vanish is not below."""
 ROUNDING = np.finfo(float).eps
 MOST_STEPS = 100
-MOST_LOST = 1e6
+MOST_LOST = 3e6
 """Factor by which a held mode is larger than the rest from which on its rounding matters."""
 PATIENCE = 6
 """Steps in which an interval has to have been halved, or it is."""
