@@ -41,9 +41,12 @@ class Row(NamedTuple):
 
 
 def alternating(contacts):
-    """The word U, UD, UDU … with so many contacts between clamps, where it does not lie flat yet."""
-    loads = (contacts + 0.05) ** 2, (contacts + 0.95) ** 2
-    widest = min(0.05, 0.15 / contacts)
+    """The word U, UD, UDU … with so many contacts between clamps, where it does not lie flat yet.
+
+    In narrow gaps it does from P = (contacts + 1)² on, in wider ones earlier.
+    """
+    loads = (contacts + 0.05) ** 2, (contacts + 0.9) ** 2
+    widest = min(0.05, 0.3 / (contacts * (contacts + 1) ** 0.5))
     title = f"{contacts} contacts"
     return Row(title, ("UD" * contacts)[:contacts], loads, (0.1 * widest, widest), min(contacts, 2))
 
@@ -58,8 +61,9 @@ STATES = [
 CONTACTS = 1, 2, 5, 10, 20, 50
 SIZES = 4_000, 100_000
 """Points of a block that is solved."""
-SOLVED, DENSE = 1_000, 20
-"""Points of which the other quantities are asked, and of which by dense algebra too."""
+SOLVED, DENSE = 4_000, 20
+"""Points over contacts at which the other quantities are asked for, and points at which dense matrices give
+them too."""
 REPEATS, QUICK_REPEATS = 5, 3
 ON_DEMAND = {
     "eigenvalues": lambda s: s.eigenvalues(4),
@@ -93,7 +97,7 @@ def floor(quick=False):
                 taken[:, i, j] = _medians(_tasks(row, size), repeats, size)
             peers[i], difference[i] = _beside_dense(_solved(row, DENSE))
         for i, row in enumerate(rows):
-            solved = _solved(row, SOLVED)
+            solved = _solved(row, SOLVED // len(row.state))
             tasks = [lambda ask=ask, s=solved: ask(s) for ask in ON_DEMAND.values()]
             quantities[i] = _medians(tasks, repeats, solved.P.size)
         contacts = [_medians(_tasks(alternating(n), SIZES[0])[:1], repeats, SIZES[0]) for n in CONTACTS]
