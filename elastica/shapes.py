@@ -70,7 +70,8 @@ def sample(solution, samples):
     else:
         with np.errstate(invalid="ignore"):
             for points, segments in solution.patterns(exists):
-                theta[points], x[points], y[points] = _bent(solution, points, segments, s)
+                for some, fields in _bent(solution, points, segments, s):
+                    theta[some], x[some], y[some] = fields
     shape = (*solution.status.shape, samples)
     return Shape(s, theta.reshape(shape), x.reshape(shape), y.reshape(shape))
 
@@ -79,7 +80,8 @@ def angles(solution, point, s):
     """Exact θ at arc lengths `s` (samples,) of a bent state at one point, given by its flat index."""
     ((points, segments),) = solution.patterns(np.array([point]))
     with np.errstate(invalid="ignore"):
-        return _bent(solution, points, segments, s)[0][0]
+        ((_, (theta, *_)),) = _bent(solution, points, segments, s)
+        return theta[0]
 
 
 class _Pieces(NamedTuple):
@@ -97,8 +99,9 @@ class _Pieces(NamedTuple):
     @classmethod
     def of(cls, table):
         """The pieces whose fields are the rows of a table (fields, ...)."""
-        own, course, polynomials = np.split(table, [len(cls._fields) - 1, -len(Series._fields)])
-        return cls._make((*own, Course._make((*course, Series._make(polynomials)))))
+        first, last = len(cls._fields) - 1, -len(Series._fields)
+        course = Course._make((*table[first:last], Series._make(table[last:])))
+        return cls._make((*table[:first], course))
 
     def rows(self):
         """The rows of that table."""
@@ -106,21 +109,20 @@ class _Pieces(NamedTuple):
 
 
 def _bent(solution, points, segments, s):
-    """θ, x, y at flat indices that share their segments, shape (3, points, samples)."""
+    """Blocks of those flat indices, which share their segments, with θ, x, y of shape (some, samples)."""
     table = _pieces(solution, points, segments)
-    shape = np.empty((3, points.size, s.size))
+    # A sample belongs to the last piece that begins before it, also where a flat's length is negative.
+    bounds = np.searchsorted(s, table[0, :, 1:], side="right")
+    bounds = np.minimum.accumulate(bounds[:, ::-1], axis=1)[:, ::-1]
+    samples = np.diff(bounds, prepend=0, append=s.size)
     together = max(1, TOGETHER // s.size)
     for first in range(0, points.size, together):
-        part = table[:, first : first + together]
-        # A sample belongs to the last piece that begins before it, also where a flat's length is negative.
-        bounds = np.searchsorted(s, part[0, :, 1:], side="right")
-        bounds = np.minimum.accumulate(bounds[:, ::-1], axis=1)[:, ::-1]
-        samples = np.diff(bounds, prepend=0, append=s.size)
-        spread = np.repeat(part.reshape(len(part), -1), samples.ravel(), axis=1)
-        own = _Pieces.of(spread.reshape(len(part), -1, s.size))
+        block = slice(first, first + together)
+        part = table[:, block].reshape(len(table), -1)
+        spread = np.repeat(part, samples[block].ravel(), axis=1)
+        own = _Pieces.of(spread.reshape(len(table), -1, s.size))
         along = np.abs(own.origin - np.minimum(s - own.begin, own.length))
-        shape[:, first : first + together] = own.course.at(along)
-    return shape
+        yield points[block], own.course.at(along)
 
 
 def _pieces(solution, points, segments):

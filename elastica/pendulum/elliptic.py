@@ -9,7 +9,6 @@ Not here: m ≥ 1 (a segment that ends at θ = 0 has a turning point, hence m < 
 """
 
 import numpy as np
-from scipy.special import ellipj
 
 STEPS = {4: 0.4, 5: 0.015, 12: 0.0}
 """Transformations, and the 1 − m above which so many leave a relative error below 1e-17: almost every strip
@@ -50,23 +49,6 @@ def parameter_of_shortening(shortening):
         slope = -0.5 * ((K - DK) + m1 * K * DK / E) / E
         x = np.minimum(x - (m * DK / E - wanted) / slope, -TINY)
     return -np.expm1(x), np.exp(x)
-
-
-def jacobi(u, K, m):
-    """Functions sn, cn(u|m) and the number of half periods that the amplitude of u is away from 0.
-
-    The argument is brought to |u| ≤ K first: for m → 1 the functions of SciPy are right only there.
-
-    Returns
-    -------
-    sn, cn : ndarray
-    turns : ndarray
-        am u = turns·π + an angle in [−π/2, π/2].
-    """
-    turns = np.rint(u / (2 * K))
-    sn, cn = ellipj(u - 2 * turns * K, m)[:2]
-    sign = 1 - 2 * (turns % 2)
-    return sign * sn, sign * np.abs(cn), turns
 
 
 def integrals(m1, sin_phi, cos_phi):

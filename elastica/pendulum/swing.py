@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from elastica.pendulum.elliptic import jacobi
 from elastica.pendulum.segments import crossing_sign
 from elastica.pendulum.spring_end import spring_end
 from elastica.pendulum.theta import Series, series, values
@@ -25,12 +24,6 @@ def start_phase(kind, q):
         c, sigma = kind.springs[0]
         return 2 * float(kind.start) * q.K + spring_end(c, sigma, q).F
     return 2 * float(kind.start) * q.K + crossing_sign(kind.start) * q.f
-
-
-def swing(q, u):
-    """Angle ψ = θ − α at phases u, shape (n, samples)."""
-    sn, cn, _ = jacobi(u, q.K[:, None], q.m[:, None])
-    return _angle(q, sn, cn)
 
 
 def directions(q, u):
@@ -142,9 +135,3 @@ def course(u, q):
         y_zeta=sin * zeta,
         series=own,
     )
-
-
-def _angle(q, sn, cn):
-    """ψ where the Jacobi functions have the values `sn`, `cn` (n, samples)."""
-    m, m1 = q.m[:, None], q.m1[:, None]
-    return 2 * np.arctan2(np.sqrt(m) * sn, np.sqrt(m1 + m * cn * cn))
