@@ -2,24 +2,27 @@
 
 An end held by a spring c lies between a crossing and the turning point next to it, inside the segment: at
 φ = πk + η from a start, πk − η from an end, where (σ = ±1 for a start at even or odd k, or an end at odd
-or even k)
+or even k) the strip is at the angle ϑ to the walls, counted in the sense of σ, with the curvature cϑ:
 
-    2√(Fm) cos η = c [σα + 2 asin(√m sin η)],      −σφ₀ ≤ η ≤ π/2.
+    2√(Fm) cos η = cϑ,      ϑ = σα + 2 asin(√m sin η),      −σφ₀ ≤ η ≤ π/2.
 
-The left side falls short of the right one at η = π/2 and exceeds it at −σφ₀, so there is a root.
+So by the pendulum's energy, with τ = ϑ/2,
+
+    c²τ² + p sin²τ − σλ sin τ cos τ = κ²/4.
+
+The curvature that the pendulum has at ϑ is a concave function of it, and cϑ passes it once.
 """
 
 from typing import NamedTuple
 
 import numpy as np
 
-from elastica.pendulum.elliptic import integrals
+from elastica.pendulum.elliptic import TINY, integrals
 
-MOST_STEPS = 60
-CONVERGED = 1e-8
-"""A relative Newton step below this leaves an error of its square."""
-STIFF = 0.3
-"""Distance t from a clamp's phase up to which a spring end is sought from there."""
+STEPS, MORE_STEPS = 2, 20
+"""Steps of Halley's method: for all, and for those that need more, next to the separatrix and to taut strings."""
+CONVERGED = 4e-6
+"""A relative step below this leaves an error of its cube."""
 
 
 class SpringEnd(NamedTuple):
@@ -41,32 +44,28 @@ class SpringEnd(NamedTuple):
 
 
 def spring_end(c, sigma, q):
-    """Where on the pendulum `q` the spring holds the strip: Newton for t = η + σφ₀, kept in its bracket.
+    """Where on the pendulum `q` the spring holds the strip.
 
-    Next to a clamp t is of the order √F/c and θ of its square: in terms of t both keep their digits.
+    Halley's method for τ, in which all keep their digits next to a clamp and next to a pin.
     """
-    sin_half, slope = sigma * q.sin_half_alpha, q.kappa / (2 * q.r)
-    first = np.arctan2(sin_half, slope)
-    low, high = np.zeros_like(first), first + np.pi / 2
-    t = _start(c, sin_half, slope, first, q)
-    scale = 1 / max(1.0, c)
-    live = np.ones(t.shape, bool)
-    for _ in range(MOST_STEPS):
-        sin, cos, delta, angle = _at(t, sin_half, slope, q)
-        excess = scale * (2 * q.r * cos - c * angle)
-        gradient = -2 * scale * (q.r * sin + c * cos / delta)
-        low, high = np.where(excess > 0, t, low), np.where(excess > 0, high, t)
-        step = -excess / gradient
-        outside = ~((t + step > low) & (t + step < high)) & (excess != 0)
-        ahead = np.where(outside, 0.5 * (low + high), t + step)
-        t = np.where(live, ahead, t)
-        live = live & (outside & (high - low > 1e-15 * high) | (np.abs(step) > CONVERGED * t))
-        if not live.any():
+    curve = _Curve(c, q.p, sigma * q.lam, q.kappa)
+    tau, step = curve.start(), np.zeros_like(q.p)
+    for _ in range(STEPS):
+        step = curve.step(tau)
+        tau = tau + step
+    for _ in range(MORE_STEPS):
+        far = np.flatnonzero(np.abs(step) > CONVERGED * tau)
+        if not far.size:
             break
-    sin, cos, delta, angle = _at(t, sin_half, slope, q)
+        step[far] = curve.at(far).step(tau[far])
+        tau[far] += step[far]
+    sin_half = sigma * q.sin_half_alpha
+    sin, cos = np.sin(tau) * q.cos_half_alpha - np.cos(tau) * sin_half, c * tau / q.r
+    delta = np.sqrt(cos * cos + q.m1)
     root_m = np.sqrt(q.m)
-    _, _, F, D = integrals(q.m1, sin / root_m, cos / root_m)
-    return SpringEnd(c, sigma, sin / root_m, cos / root_m, delta, F, D, angle)
+    sin, cos = sin / root_m, cos / root_m
+    _, _, F, D = integrals(q.m1, sin, cos)
+    return SpringEnd(c, sigma, sin, cos, delta, F, D, 2 * tau)
 
 
 def eta_slopes(end, q):
@@ -86,34 +85,32 @@ def eta_load(end, q):
     return -0.5 * end.c * eta_c
 
 
-def _start(c, sin_half, slope, first, q):
-    """Start for t: next to a clamp the condition to second order, elsewhere the strip without reactions.
+class _Curve(NamedTuple):
+    """The function c²τ² + p sin²τ − σλ sin τ cos τ − κ²/4 of τ at n points, negative before its root."""
 
-    A strip without load from the walls has a spring end at cot η = c/√F.
-    """
-    square = c * sin_half * (1 - slope * slope) / q.cos_half_alpha
-    linear = 2 * (c * slope / q.cos_half_alpha - q.r * sin_half)
-    root = np.sqrt(np.maximum(linear * linear + 4 * square * q.kappa, 0))
-    rising, convex = linear > 0, square > 0
-    below = np.where(rising, linear + root, np.where(convex, 2 * square, 1.0))
-    near = np.where(rising, 2 * q.kappa, root - linear) / below
-    far = np.arctan2(q.r, c) - c / (c + q.r) * np.maximum(sin_half, 0) + first
-    stiff = convex & (near > 0) & (near < STIFF)
-    return np.where(stiff, near, np.clip(far, 0, first + np.pi / 2))
+    c: float
+    p: np.ndarray
+    pull: np.ndarray
+    kappa: np.ndarray
 
+    def at(self, where):
+        """The function at some of the points."""
+        return _Curve(self.c, self.p[where], self.pull[where], self.kappa[where])
 
-def _at(t, sin_half, slope, q):
-    """√m sin η, √m cos η, Δ and σθ at η = t − σφ₀, without cancellation as t → 0.
+    def start(self):
+        """Its root where sin τ = τ or c = 0: then its product with 1 + tan²τ is quadratic in tan τ."""
+        pull, square = 0.5 * self.pull, 0.25 * self.kappa * self.kappa
+        stiffness = np.maximum(self.c * self.c + self.p - square, TINY)
+        root, pushes = np.sqrt(pull * pull + stiffness * square), pull > 0
+        return np.arctan(np.where(pushes, pull + root, square) / np.where(pushes, stiffness, root - pull))
 
-    The sine of θ/2 = ψ/2 + α/2 is cos(α/2)·½κ/√F·sin t + sin(α/2)(Δ − cos(α/2) cos t); where the last bracket
-    is a difference it is one of squares over a sum.
-    """
-    sin_t, cos_t, cos_half = np.sin(t), np.cos(t), q.cos_half_alpha
-    sin = slope * sin_t - sin_half * cos_t
-    cos = np.maximum(slope * cos_t + sin_half * sin_t, 0)
-    delta = np.sqrt(cos * cos + q.m1)
-    squares = sin_t * (sin_t * (1 - slope * slope) + 2 * sin_half * slope * cos_t)
-    level = cos_half * cos_t
-    lifted = np.where(level > 0, squares / (delta + np.abs(level)), delta - level)
-    half = cos_half * slope * sin_t + sin_half * lifted
-    return sin, cos, delta, 2 * np.arctan2(half, np.sqrt(np.maximum(1 - half * half, 0)))
+    def step(self, tau):
+        """Halley's step from τ."""
+        sin, cos = np.sin(tau), np.cos(tau)
+        sin_cos, cos_double = sin * cos, (cos - sin) * (cos + sin)
+        square = self.c * self.c
+        bent = 0.5 * self.kappa
+        value = square * tau * tau + self.p * sin * sin - self.pull * sin_cos - bent * bent
+        half_slope = square * tau + self.p * sin_cos - 0.5 * self.pull * cos_double
+        half_bend = square + self.p * cos_double + 2 * self.pull * sin_cos
+        return -value * half_slope / (2 * half_slope * half_slope - 0.5 * value * half_bend)
