@@ -14,7 +14,7 @@ import numpy as np
 
 from elastica.equilibria.newton import Roots
 from elastica.pendulum.line import line_force
-from elastica.pendulum.segments import arc, below_right_angle, geometry, pendulum, steepest
+from elastica.pendulum.segments import arc, below, geometry, pendulum
 from elastica.scene import Scene
 
 NODES = 32
@@ -78,12 +78,12 @@ class LengthTable:
         """Nodes of κ, shape (nodes, n)."""
         return _nodes(self.p, self.scene)
 
-    def line_roots(self, segments, where=slice(None)):
-        """The segments at κ = 0 at some of the points, wherever all exist: Roots."""
+    def line_roots(self, segments):
+        """The segments at κ = 0, wherever all exist: Roots."""
         for segment in segments:
             if segment not in self._forces:
                 self._forces[segment] = line_force(segment.kind, self.p, self.scene.rise(segment))
-        return Roots.of_lines([self._forces[segment][where] for segment in segments])
+        return Roots.of_lines([self._forces[segment] for segment in segments])
 
     def of(self, segment):
         """Lengths of a segment, up to its first node past 90°."""
@@ -99,7 +99,7 @@ class LengthTable:
         root_p = np.sqrt(self.p)
         scaled = self.scene.scaled(root_p)
         lam, length, D = _at_unit_load(segment)(scaled.H)
-        past = ~below_right_angle(segment.kind, 1.0, self.kappa / root_p, lam)
+        past = ~below(segment.kind, 1.0, self.kappa / root_p, lam)
         past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
         length[1:][past[:-1]] = np.nan
         # Next to its end the scaled table has gaps: there the segment is followed itself.
@@ -155,21 +155,35 @@ def _follow(segment, p, scene, steepest_angle):
     lam, length, D = np.full((3, *nodes.shape), np.nan)
     force = line_force(segment.kind, p, scene.rise(segment))
     alive = np.flatnonzero(np.isfinite(force))
-    force = force[alive]
+    force, before = force[alive], None
     for node, kappa in enumerate(nodes):
-        here = _at_node(segment, p[alive], scene.at(alive), kappa[alive], force)
-        lam[node, alive], length[node, alive], D[node, alive] = here[:3]
+        kappa, own = kappa[alive], p[alive]
+        force, ell, pivot, along = _at_node(segment, own, scene.at(alive), kappa, force)
+        lam[node, alive], length[node, alive], D[node, alive] = force, ell, pivot
         if node + 1 == NODES:
             break
-        force, along, swing = here[0], here[3], here[4]
-        goes_on = np.isfinite(here[1]) & (swing < steepest_angle)
-        force = (force + along * (nodes[node + 1, alive] - kappa[alive]))[goes_on]
+        goes_on = np.isfinite(ell) & below(segment.kind, own, kappa, force, steepest_angle)
         alive = alive[goes_on]
+        last = np.stack([kappa, force, along])[:, goes_on]
+        force = _ahead(last, None if before is None else before[:, goes_on], nodes[node + 1, alive])
+        before = last
     return lam, length, D
 
 
+def _ahead(last, before, kappa):
+    """λ at the next node κ, by the cubic through the last node and the one before: κ, λ and dλ/dκ of each."""
+    x = kappa - last[0]
+    if before is None:
+        return last[1] + last[2] * x
+    h = last[0] - before[0]
+    mean = (last[1] - before[1]) / h
+    bend, twist = last[2] - mean, last[2] - 2 * mean + before[2]
+    s = x / h
+    return last[1] + x * (last[2] + s * (bend + (s + 1) * twist))
+
+
 def _at_node(segment, p, scene, kappa, lam):
-    """λ, length, D, dλ/dκ and the steepest angle of a segment at fixed κ."""
+    """λ, length, D and dλ/dκ of a segment at fixed κ."""
     rise, lam = scene.rise(segment), lam.copy()
     length, D, along = np.full((3, p.size), np.nan)
     live = np.arange(p.size)
@@ -183,4 +197,4 @@ def _at_node(segment, p, scene, kappa, lam):
         if not live.size:
             break
     length[live] = np.nan
-    return lam, length, D, along, steepest(segment.kind, pendulum(p, kappa, lam))
+    return lam, length, D, along

@@ -22,7 +22,7 @@ import numpy as np
 
 from elastica.blocks import blocks
 from elastica.convergence import diverged, small, stagnated
-from elastica.pendulum.segments import arc, below_right_angle, geometry, length, pendulum, resultant
+from elastica.pendulum.segments import arc, below, geometry, length, pendulum, resultant
 
 MOST_STEPS = 60
 ROUNDING = np.finfo(float).eps
@@ -239,10 +239,7 @@ def regular(segments, p, roots, sign):
 def below_right_angles(segments, p, roots):
     """Whether |θ| < 90° on all segments, shape (n,)."""
     return np.all(
-        [
-            below_right_angle(segment.kind, p, roots.kappa, lam)
-            for segment, lam in zip(segments, roots.lam, strict=True)
-        ],
+        [below(segment.kind, p, roots.kappa, lam) for segment, lam in zip(segments, roots.lam, strict=True)],
         axis=0,
     )
 

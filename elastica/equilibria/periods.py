@@ -57,15 +57,20 @@ def groups(state, ends, periods):
     return tuple(Group(Counter(kinds), tuple(patterns)) for kinds, patterns in found.items())
 
 
+def room(p):
+    """Extra periods that a strip under thrusts p has room for, of those that are searched at most."""
+    return np.minimum(np.floor(np.sqrt(p) / SHORTEST_PERIOD), MOST_PERIODS)
+
+
 def most_periods(state, ends, p):
     """Extra periods that a strip under thrusts up to max(p) has room for, within what is searched.
 
     Searched are up to 8 extra periods in all, fewer for long words: no more than have 1,000 patterns.
     """
     places = sum(segment.start != segment.end for segment in state.segments(ends))
-    room = np.sqrt(np.max(p, initial=0.0)) / SHORTEST_PERIOD
+    most = np.max(room(p), initial=0)
     total, count = 0, 1
-    while total + 1 <= min(room, MOST_PERIODS):
+    while total + 1 <= most:
         count *= (total + places) / (total + 1)
         if count > MOST_PATTERNS:
             break

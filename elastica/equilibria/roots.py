@@ -16,7 +16,7 @@ from elastica.equilibria.alternating import alternating, has_single_root, is_lon
 from elastica.equilibria.buckled import buckled_at_load, periodic
 from elastica.equilibria.lengths import LengthTable
 from elastica.equilibria.newton import rows_at, total_length
-from elastica.equilibria.periods import groups, most_periods, unsearched
+from elastica.equilibria.periods import groups, most_periods, room, unsearched
 from elastica.equilibria.sweep import every_root
 from elastica.pendulum.elliptic import complementary_parameter
 from elastica.pendulum.segments import arc, pendulum
@@ -182,11 +182,7 @@ def _others(state, p, scene, table=None):
     ends = scene.ends
     found, beyond = [], unsearched(state, p, scene)
     least = int(has_single_root(state.segments(ends)))
-    pressed = np.flatnonzero(p > 0)
-    if table is None:
-        # By load, so that few of them share a chunk with loads that have room for more periods.
-        pressed = pressed[np.argsort(p[pressed], kind="stable")]
-    for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
+    for points in _chunks(p) if table is None else [np.flatnonzero(p > 0)]:
         shared = table or LengthTable(p[points], scene.at(points))
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
             for group in groups(state, ends, periods):
@@ -198,6 +194,14 @@ def _others(state, p, scene, table=None):
                     place = points[sweep.cut_points]
                     beyond[place[_possible(state, group, sweep.cut, p[place], scene.at(place))]] = True
     return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
+
+
+def _chunks(p):
+    """Points with a load, in parts of which all have room for the same number of extra periods."""
+    pressed = np.flatnonzero(p > 0)
+    pressed = pressed[np.argsort(p[pressed], kind="stable")]
+    longer = np.flatnonzero(np.diff(room(p[pressed]))) + 1
+    return np.split(pressed, np.union1d(longer, range(CHUNK, pressed.size, CHUNK)).astype(int))
 
 
 def _possible(state, group, cut, p, scene):

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.equilibria.lengths import NEARLY, NODE_STEPS
+from elastica.equilibria.line import line_roots
 from elastica.equilibria.newton import (
     Bracket,
     Roots,
@@ -77,7 +78,7 @@ def every_root(segments, table):
         sum(count * row.length[:, near] for row, count in rows) - 1,
         sum(count * row.D[:, near] for row, count in rows),
     )
-    _sharpen_start(segments, table, near, nodes.excess)
+    _sharpen_start(segments, p, scene, nodes.excess)
     _sharpen(segments, p, scene, nodes)
     point, low, high = _brackets(segments, p, scene, nodes)
     points, p, scene = near[point], p[point], scene.at(point)
@@ -139,12 +140,11 @@ def _cut(segments, table, rows):
     return _together((never, Roots.none(segments, never.size)), (points, at_last))
 
 
-def _sharpen_start(segments, table, near, excess):
+def _sharpen_start(segments, p, scene, excess):
     """Replace Σnℓ − 1 at κ = 0 by its exact value where the table cannot tell its sign."""
     unsure = np.flatnonzero(np.abs(excess[0]) < NEARLY)
-    points = near[unsure]
-    line = table.line_roots(segments, points)
-    excess[0, unsure] = total_length(segments, table.p[points], line) - 1
+    line = line_roots(segments, p[unsure], scene.at(unsure))
+    excess[0, unsure] = total_length(segments, p[unsure], line) - 1
 
 
 def _sharpen(segments, p, scene, nodes):

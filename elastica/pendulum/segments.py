@@ -391,13 +391,13 @@ def shortening(segment):
     return bow / q.r + segment.jump * q.lam / q.F**2
 
 
-def below_right_angle(kind, p, kappa, lam):
-    """Whether |θ| < 90° all along a segment that rises: θ'² = κ² − 2p + 2λ sin θ is negative there.
+def below(kind, p, kappa, lam, angle=np.pi / 2):
+    """Whether |θ| < `angle` all along a segment that rises: there θ'² = κ² − 2p (1 − cos θ) + 2λ sin θ < 0.
 
-    One turning point is the upper one, two see both sides.
+    One turning point is the upper one, two see both sides. The angle is at least 90°.
     """
     pull = lam if kind.turning_points == 1 else np.abs(lam)
-    return 0.5 * kappa * kappa < p - pull
+    return 0.5 * kappa * kappa < p * (1 - np.cos(angle)) - pull * np.sin(angle)
 
 
 def steepest(kind, q):

@@ -20,7 +20,7 @@ import numpy as np
 from elastica.pendulum.elliptic import TINY, integrals
 
 STEPS, MORE_STEPS = 2, 20
-"""Steps of Halley's method: for all, and for those that need more, next to the separatrix and to taut strings."""
+"""Steps of Halley's method: for all; at most for those next to the separatrix and for taut strings."""
 CONVERGED = 4e-6
 """A relative step below this leaves an error of its cube."""
 
