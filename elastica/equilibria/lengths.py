@@ -85,21 +85,25 @@ class LengthTable:
                 self._forces[segment] = line_force(segment.kind, self.p, self.scene.rise(segment))
         return Roots.of_lines([self._forces[segment] for segment in segments])
 
-    def of(self, segment):
-        """Lengths of a segment, up to its first node past 90°."""
-        if segment not in self._known:
+    def of(self, segment, begin=0):
+        """Lengths of a segment at the points from `begin` on, up to its first node past 90°."""
+        known_from, lengths = self._known.get(segment, (self.p.size + 1, None))
+        if begin < known_from:
+            p, scene = self.p[begin:], self.scene.at(slice(begin, None))
             if segment.kind.springs:
-                self._known[segment] = SegmentLengths.of(*_follow(segment, self.p, self.scene, np.pi / 2))
+                lengths = SegmentLengths.of(*_follow(segment, p, scene, np.pi / 2))
             else:
-                self._known[segment] = self._interpolate(segment)
-        return self._known[segment]
+                lengths = self._interpolate(segment, p, scene, self.kappa[:, begin:])
+            known_from, self._known[segment] = begin, (begin, lengths)
+        return SegmentLengths(*(field[..., begin - known_from :] for field in lengths))
 
-    def _interpolate(self, segment):
+    @staticmethod
+    def _interpolate(segment, p, scene, kappa):
         """A segment without a spring scales with 1/√p: its lengths depend on H√p alone."""
-        root_p = np.sqrt(self.p)
-        scaled = self.scene.scaled(root_p)
+        root_p = np.sqrt(p)
+        scaled = scene.scaled(root_p)
         lam, length, D = _at_unit_load(segment)(scaled.H)
-        past = ~below(segment.kind, 1.0, self.kappa / root_p, lam)
+        past = ~below(segment.kind, 1.0, kappa / root_p, lam)
         past = np.logical_or.accumulate(past & ~np.isnan(lam), axis=0)
         length[1:][past[:-1]] = np.nan
         # Next to its end the scaled table has gaps: there the segment is followed itself.
@@ -107,10 +111,10 @@ class LengthTable:
             scaled.rise(segment) <= LARGEST_RISE * (segment.kind.first + segment.kind.second)
         )
         gap |= (np.isnan(length[1:]) & ~past[:-1] & ~np.isnan(length[:-1])).any(axis=0)
-        lam, length, D = lam * self.p, length / root_p, D / self.p
+        lam, length, D = lam * p, length / root_p, D / p
         points = np.flatnonzero(gap)
         if points.size:
-            exact = _follow(segment, self.p[points], self.scene.at(points), np.pi / 2)
+            exact = _follow(segment, p[points], scene.at(points), np.pi / 2)
             lam[:, points], length[:, points], D[:, points] = exact
         return SegmentLengths.of(lam, length, D)
 
@@ -193,7 +197,7 @@ def _at_node(segment, p, scene, kappa, lam):
         lam[live] += step
         length[live], D[live] = g.length + g.length_lam * step, g.D
         along[live] = -g.rise_kappa / g.rise_lam
-        live = live[np.abs(step) > GOOD_STEP * p[live]]
+        live = live[np.abs(step) > GOOD_STEP * (np.abs(lam[live]) + kappa[live] * np.sqrt(p[live]))]
         if not live.size:
             break
     length[live] = np.nan

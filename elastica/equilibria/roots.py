@@ -182,11 +182,16 @@ def _others(state, p, scene, table=None):
     ends = scene.ends
     found, beyond = [], unsearched(state, p, scene)
     least = int(has_single_root(state.segments(ends)))
-    for points in _chunks(p) if table is None else [np.flatnonzero(p > 0)]:
+    pressed = np.flatnonzero(p > 0)
+    if table is None:
+        # By load: those that have room for more periods come last.
+        pressed = pressed[np.argsort(p[pressed], kind="stable")]
+    for points in np.split(pressed, range(CHUNK, pressed.size, CHUNK)):
         shared = table or LengthTable(p[points], scene.at(points))
         for periods in range(least, most_periods(state, ends, p[points]) + 1):
+            begin = 0 if table else np.searchsorted(room(p[points]), periods)
             for group in groups(state, ends, periods):
-                sweep = every_root(group.segments, shared)
+                sweep = every_root(group.segments, shared, begin)
                 if sweep.points.size:
                     place = points[sweep.points]
                     found.append(spread(state.segments(ends), group, place, sweep.roots, p[place]))
@@ -194,14 +199,6 @@ def _others(state, p, scene, table=None):
                     place = points[sweep.cut_points]
                     beyond[place[_possible(state, group, sweep.cut, p[place], scene.at(place))]] = True
     return _sorted(found) if found else no_equilibria(len(state.word) + 1), beyond
-
-
-def _chunks(p):
-    """Points with a load, in parts of which all have room for the same number of extra periods."""
-    pressed = np.flatnonzero(p > 0)
-    pressed = pressed[np.argsort(p[pressed], kind="stable")]
-    longer = np.flatnonzero(np.diff(room(p[pressed]))) + 1
-    return np.split(pressed, np.union1d(longer, range(CHUNK, pressed.size, CHUNK)).astype(int))
 
 
 def _possible(state, group, cut, p, scene):

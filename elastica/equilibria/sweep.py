@@ -52,28 +52,31 @@ class Sweep(NamedTuple):
     cut: Roots
 
 
-def every_root(segments, table):
+def every_root(segments, table, begin=0):
     """All roots of Σnℓ = 1 below 90° for one set of segments, and where there may be more beyond.
 
     Parameters
     ----------
     segments : Mapping of Segment to int
     table : LengthTable
+    begin : int
+        First of its points that is looked at.
 
     Returns
     -------
     Sweep
     """
-    rows = [(table.of(segment), count) for segment, count in segments.items()]
-    cut_points, cut = _cut(segments, table, rows)
+    rows = [(table.of(segment, begin), count) for segment, count in segments.items()]
+    kappa, p, scene = table.kappa[:, begin:], table.p[begin:], table.scene.at(slice(begin, None))
+    cut_points, cut = _cut(segments, kappa, rows)
     shortest = sum(count * row.shortest for row, count in rows)
     longest = sum(count * row.longest for row, count in rows)
     near = np.flatnonzero((shortest < 1 + NEARLY) & (longest > 1 - NEARLY))
     if not near.size:
-        return Sweep(near, Roots.none(segments, 0), cut_points, cut)
-    p, scene = table.p[near], table.scene.at(near)
+        return Sweep(near, Roots.none(segments, 0), begin + cut_points, cut)
+    p, scene = p[near], scene.at(near)
     nodes = _Nodes(
-        table.kappa[:, near],
+        kappa[:, near],
         np.stack([row.lam[:, near] for row, _ in rows]),
         sum(count * row.length[:, near] for row, count in rows) - 1,
         sum(count * row.D[:, near] for row, count in rows),
@@ -86,7 +89,7 @@ def every_root(segments, table):
     below = below_right_angles(segments, p, roots)
     good, steep = roots.found & below, np.flatnonzero(roots.found & ~below)
     cut_points, cut = _together((cut_points, cut), (points[steep], roots.at(steep)))
-    return Sweep(points[good], roots.at(good), cut_points, cut)
+    return Sweep(begin + points[good], roots.at(good), begin + cut_points, cut)
 
 
 class _Nodes(NamedTuple):
@@ -125,7 +128,7 @@ def _together(*parts):
     return np.concatenate(points), Roots(*(np.concatenate(f, axis=-1) for f in zip(*roots, strict=True)))
 
 
-def _cut(segments, table, rows):
+def _cut(segments, kappa, rows):
     """Points at which Σnℓ − 1 goes to zero at the last node, and the state there."""
     last = np.min([row.last for row, _ in rows], axis=0)
     never = np.flatnonzero(last < 0)
@@ -136,7 +139,7 @@ def _cut(segments, table, rows):
     going = np.flatnonzero(excess * pivot < 0)
     node, points = last[some[going]], some[going]
     lam = np.stack([row.lam[node, points] for row, _ in rows])
-    at_last = Roots(np.ones(points.size, bool), table.kappa[node, points], lam)
+    at_last = Roots(np.ones(points.size, bool), kappa[node, points], lam)
     return _together((never, Roots.none(segments, never.size)), (points, at_last))
 
 
