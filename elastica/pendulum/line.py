@@ -7,12 +7,14 @@ Not here: how many such segments fit into the strip (`equilibria.line`).
 """
 
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
 from elastica.convergence import diverged, small, stagnated
 from elastica.pendulum.elliptic import ROUNDING, integrals
-from elastica.pendulum.segments import arc, geometry, pendulum
+from elastica.pendulum.segments import arc, geometry, length, pendulum
+from elastica.pendulum.segments import rise as height
 
 FOLD = 0.5281603073179724
 """H√P at the fold of the clamped line states, the maximum of sin α √cos α (2E − K)/(π/2) at α = 47.761°;
@@ -21,6 +23,10 @@ FOLD_ANGLE = np.radians(47.761)
 MOST_STEPS = 60
 NODES = 200
 """Of the table of rough lengths."""
+SPRINGS, STEPS, STEEPEST, ALMOST_ZERO = 64, 64, np.radians(80), 1e-6
+"""Of the table of segments on springs: its size, the angles α up to which they fold, and one for zero."""
+FOLD_ERROR = 3e-4
+"""Relative error that the folds in that table certainly keep."""
 BEYOND_TABLE = 1e-2
 """Relative distance behind the last node of that table from which on there is certainly no shape."""
 FOLD_STEPS, NEARLY_THERE = 14, 0.98
@@ -47,14 +53,15 @@ def line_force(kind, p, rise):
     if not rise.any():
         return np.zeros_like(p)
     root_p = np.sqrt(p)
-    phase, jump = (kind.first + kind.second) * np.pi / 2, 0.0
-    fold = FOLD * phase / (2 * np.pi)
-    for c, sigma in kind.springs:
-        eta = 2 * np.arctan(root_p / c) - np.pi / 2 if sigma > 0 else np.pi / 2
-        phase, jump = phase - eta, np.cos(eta)
-        fold = np.inf
-    lam = p * root_p * rise / (phase + jump)
-    below = (rise * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0)
+    if kind.springs:
+        alpha, _ = _rough_on_spring(kind, p, rise)
+        lam = p * np.tan(alpha)
+        below = np.isfinite(lam) & (p > 0)
+    else:
+        phase = (kind.first + kind.second) * np.pi / 2
+        lam = p * root_p * rise / phase
+        fold = FOLD * phase / (2 * np.pi)
+        below = (rise * root_p / (2 * np.pi) <= fold * (1 + 4 * ROUNDING)) & (p > 0)
     lam[~below] = np.nan
     found = np.zeros(p.size, bool)
     previous = np.full(p.size, np.inf)
@@ -89,19 +96,19 @@ def _line_shape(kind, p, lam):
 
 
 def rough_line_length(kind, p, rise):
-    """Length of a segment at κ = 0 to 1e-3; infinite beyond the fold, NaN next to it and on springs.
+    """Length of a segment at κ = 0 to 1e-3; infinite beyond the fold, NaN next to it.
 
-    Such a segment is a number of equal quarters of a period, with √p ℓ = K √cos α and
+    Without springs such a segment is a number of equal quarters of a period, with √p ℓ = K √cos α and
     √p d = sin α √cos α (2E − K) each, m = sin²(α/2).
 
     Returns
     -------
     ndarray, shape (n,)
     """
-    if kind.springs:
-        return np.full_like(p, np.nan)
     if not rise.any():
         return np.zeros_like(p)
+    if kind.springs:
+        return _rough_on_spring(kind, p, rise)[1]
     root_p = np.sqrt(p)
     quarters = kind.first + kind.second
     rises, lengths = _quarters()
@@ -119,6 +126,68 @@ def _quarters():
     K, DK, _, _ = integrals(m1, np.zeros_like(alpha), np.ones_like(alpha))
     stretch = np.sqrt(np.cos(alpha))
     return np.sin(alpha) * stretch * (K - 2 * (1 - m1) * DK), K * stretch
+
+
+class _OnSpring(NamedTuple):
+    """Segments at κ = 0 on springs from the pin to the clamp, c/(c + √p) equidistant.
+
+    Attributes
+    ----------
+    fold : ndarray, shape (springs,)
+        √p times the greatest rise.
+    shapes : ndarray, shape (2, steps, springs)
+        α and √p ℓ where √p times the rise is s(2 − s) `fold`, for equidistant s up to 1.
+    """
+
+    fold: np.ndarray
+    shapes: np.ndarray
+
+
+@cache
+def _on_spring(kind):
+    """Tabulate what a segment is at κ = 0 whatever the spring that it has.
+
+    Returns
+    -------
+    _OnSpring
+    """
+    alpha = np.linspace(0, STEEPEST, NODES)
+    alpha[0] = ALMOST_ZERO
+    ones, even = np.ones_like(alpha), np.linspace(0, 1, STEPS)
+    folds, shapes = [], []
+    for share in np.linspace(0, 1, SPRINGS):
+        shape = _line_shape(kind.on_spring(share / max(1 - share, ROUNDING)), ones, np.tan(alpha))
+        heights, lengths = height(shape), length(shape)
+        last = np.argmax(heights)
+        before, most, after = heights[last - 1 : last + 2]
+        fold = most + (after - before) ** 2 / (8 * (2 * most - before - after))
+        s = 1 - np.sqrt(np.maximum(1 - heights[: last + 1] / fold, 0))
+        s[0] = 0
+        folds.append(fold)
+        shapes.append([np.interp(even, s, value[: last + 1]) for value in (alpha, lengths)])
+    return _OnSpring(np.array(folds), np.array(shapes).transpose(1, 2, 0))
+
+
+def _rough_on_spring(kind, p, rise):
+    """α and length of a segment on a spring at κ = 0 by a table; NaN and infinite beyond the fold."""
+    ((c, _),) = kind.springs
+    table, root_p = _on_spring(kind.on_spring(1.0)), np.sqrt(p)
+    place = (SPRINGS - 1) * c / (c + root_p)
+    column = np.clip(place.astype(int), 0, SPRINGS - 2)
+    soft, stiff = 1 - (place - column), place - column
+    share = rise * root_p / (soft * table.fold[column] + stiff * table.fold[column + 1])
+    inside = np.minimum(share, 1)
+    place = (STEPS - 1) * inside / (1 + np.sqrt(1 - inside))
+    row = np.clip(place.astype(int), 0, STEPS - 2)
+    low, high = 1 - (place - row), place - row
+    alpha, scaled = (
+        low * (soft * values[row, column] + stiff * values[row, column + 1])
+        + high * (soft * values[row + 1, column] + stiff * values[row + 1, column + 1])
+        for values in table.shapes
+    )
+    beyond = ~(share <= 1 + FOLD_ERROR)
+    near = np.abs(share - 1) <= FOLD_ERROR
+    return np.where(beyond, np.nan, alpha), np.where(beyond, np.inf, np.where(near, np.nan, scaled / root_p))
 
 
 def line_fold(kind, rise, smallest, largest):

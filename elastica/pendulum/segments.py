@@ -82,6 +82,11 @@ class Kind(NamedTuple):
         inner = range(int(self.start // 1) + 1, int(-(-self.end // 1)))
         return tuple(Kind(self.start, k, self.start_spring) for k in inner)
 
+    def on_spring(self, c):
+        """The same kind with another spring in the place of the one that it has."""
+        held = "start_spring" if np.isfinite(self.start_spring) else "end_spring"
+        return self._replace(**{held: c})
+
     def extended(self, periods):
         """The same kind with this many extra full periods at its start."""
         return self._replace(start=self.start - 2 * periods)
