@@ -176,7 +176,8 @@ def _rough_on_spring(kind, p, rise):
     column = np.clip(place.astype(int), 0, SPRINGS - 2)
     soft, stiff = 1 - (place - column), place - column
     share = rise * root_p / (soft * table.fold[column] + stiff * table.fold[column + 1])
-    inside = np.minimum(share, 1)
+    # Certainly before the fold, from where Newton climbs.
+    inside = np.minimum(share, 1) * (1 - FOLD_ERROR)
     place = (STEPS - 1) * inside / (1 + np.sqrt(1 - inside))
     row = np.clip(place.astype(int), 0, STEPS - 2)
     low, high = 1 - (place - row), place - row
