@@ -77,7 +77,7 @@ def sample(solution, samples):
 
 
 def angles(solution, point, s):
-    """Exact θ at arc lengths `s` (samples,) of a bent state at one point, given by its flat index."""
+    """Exact θ at ascending arc lengths `s` (samples,) of a bent state at the point of a flat index."""
     ((points, segments),) = solution.patterns(np.array([point]))
     with np.errstate(invalid="ignore"):
         ((_, (theta, *_)),) = _bent(solution, points, segments, s)

@@ -142,3 +142,24 @@ def jacobi(u, K, m):
     sn, cn = (mp.ellipfun(name, u - 2 * turns * K, m) for name in ("sn", "cn"))
     sign = (-1) ** int(turns)
     return sign * sn, sign * cn, 2 * turns * mp.ellipe(m) + mp.ellipe(mp.atan2(sn, cn), m)
+
+
+def test_where_a_line_contact_would_be_shorter_than_nothing_its_ends_hold_all_the_same():
+    """Both segments are what they are elsewhere; the second one counts where both would be."""
+    state = solve("U-", P=3.5, H=0.05)
+    assert state.status == Status.INADMISSIBLE and state.flat_length < -0.02
+    s, theta, _, y = state.shape(101)
+    second = s > state.lengths[0] + state.flat_length
+    first = np.flatnonzero(~second)
+    assert np.abs(theta[first] + theta[::-1][first]).max() < 1e-13
+    assert np.abs(y[first] - y[::-1][first]).max() < 1e-13
+    assert (theta[~second] >= 0).all() and (theta[second] <= 0).all()
+
+
+def test_a_shape_knows_nothing_of_its_neighbours(rng):
+    P, H = rng.uniform(1.5, 9, 120), rng.uniform(0.05, 0.25, 120)
+    _, *together = solve("U", P=P, H=H).shape(101)
+    for i in range(0, 120, 17):
+        _, *alone = solve("U", P=P[i], H=H[i]).shape(101)
+        for block, own in zip(together, alone, strict=True):
+            assert np.array_equal(block[i], own, equal_nan=True)
