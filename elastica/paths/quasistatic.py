@@ -17,7 +17,7 @@ from elastica.control import LOAD
 from elastica.finding import search
 from elastica.paths.curve import curve_through
 from elastica.paths.stretch import Stretch, just_buckled, stretch_of
-from elastica.paths.transitions import NEXT_TO, neighbours
+from elastica.paths.transitions import NEXT_TO, distance, neighbours, next_to
 from elastica.solving import solve
 from elastica.state import MOST_ENUMERATED, is_canonical, parse_state
 
@@ -30,9 +30,6 @@ LIKE_SHAPE, LIKE_ENERGY = 0.2, 0.05
 """Relative difference of angles and of bending energy within which a chain is an equilibrium."""
 NEARBY = 0.02
 """Part of its load by which a chain may be off."""
-SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
-"""Differences that one shape may have `NEXT_TO` where it is lost, in units of the load's work and of the root
-mean square of its curvature: they hold at gaps however narrow."""
 
 UNKNOWN = "?"
 """In the place of a state's name where it is not known, after it where the state is not followed."""
@@ -212,7 +209,7 @@ class Loading:
                 yield buckled
         if state.mode or len(state.word) == 1:
             yield self.unloaded()
-        loads = np.array([1 - NEXT_TO, 1 + NEXT_TO]) * lost.P[0]
+        loads = np.concatenate(next_to(lost.P, self.scene.H))
         for solution, _ in self._found(neighbours(state, self.scene.ends), loads):
             for at in np.flatnonzero(_same(solution, lost)):
                 yield self.through(solution, at)
@@ -340,10 +337,8 @@ def _merged(touched, kept):
 
 def _same(solution, lost):
     """Which equilibria have the shape of a lost one, (n,)."""
-    curved = 2 * np.pi * np.sqrt(2 * lost.bending_energy)
-    off = np.abs(solution.energy - lost.energy) <= SAME_ENERGY * lost.P * lost.shortening
-    turned = np.abs(solution.curvature - lost.curvature) <= SAME_CURVATURE * curved
-    return off & turned & (solution.status == Status.SOLVED)
+    apart = distance(solution, lost.energy, lost.curvature, lost.P * lost.shortening)
+    return np.isfinite(apart) & (solution.status == Status.SOLVED)
 
 
 def _unlike(rest, solution):

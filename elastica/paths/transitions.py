@@ -35,10 +35,12 @@ ASIDE = 1e-3
 must be told apart."""
 SAME_EVENT = 1e-9
 """Relative distance in t below which two events are one; farther, none is looked at from beyond the next."""
-NEXT_TO = 1e-9
-"""Relative distance in load at which what is met is looked up: at narrow gaps shapes change fast with it."""
+NEXT_TO, NARROW = 1e-9, 1e-3
+"""Relative distance in load at which what is met is looked up, at gaps from this one; at narrower ones shapes
+change with the load over H²."""
 SAME_ENERGY, SAME_CURVATURE = 1e-4, 1e-2
-"""Relative difference of energy, and of curvature in units of √p, that one shape may have by then."""
+"""Differences that one shape may have by then, in units of the load's work and of the root mean square of its
+curvature: they hold at gaps however narrow."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,18 +158,20 @@ def transitions(
     once = np.array([i for i, key in enumerate(keys) if key not in keys[:i]], int)
     columns = {name: values[once] for name, values in columns.items()}
     order = np.lexsort((columns[control], columns["H"]))
-    columns = {name: columns[name][order] for name in columns if name not in ("energy", "curvature")}
+    columns = {name: columns[name][order] for name in Transitions.columns}
     return Transitions(ends, control, **columns)
 
 
 PASSED = (Event.RIGHT_ANGLE, Event.ENDS_MEET)
 """What a state may pass as it goes on: then it is one row, with the index on either side."""
 KEY = ("H", "P", "event", "index_before", "index_after")
-ROW = ("H", "P", "shortening", "state", "event", "index_before", "index_after", "energy", "curvature")
+SHAPE = ("energy", "curvature")
+"""Of the state at the event, by which what it meets is told."""
+ROW = (*Transitions.columns, *SHAPE)
 
 
-def _row(H, P, shortening, state, event, before, after, energy, curvature):
-    return dict(zip(ROW, (H, P, shortening, state, event, before, after, energy, curvature), strict=True))
+def _row(*values):
+    return dict(zip(ROW, values, strict=True))
 
 
 def _straight(scene, P_max):
@@ -175,7 +179,7 @@ def _straight(scene, P_max):
     modes = int(2 * np.sqrt(P_max)) + 1
     loads = euler_root(np.arange(1, modes + 1), scene.ends) ** 2 / FOUR_PI_SQUARED
     return [
-        _row(gap, load, 0.0, "0", Event.BUCKLES, mode, mode + 1, 0.0, 0.0)
+        _row(gap, load, 0.0, "0", f"B{mode + 1}", Event.BUCKLES, mode, mode + 1, 0.0, 0.0)
         for gap in scene.H
         for mode, load in enumerate(loads)
     ]
@@ -184,7 +188,9 @@ def _straight(scene, P_max):
 def _buckles(state, scene):
     """A free mode begins at its Euler load, above it: with the index of the straight strip below."""
     load = float(euler_root(state.mode, scene.ends)) ** 2 / FOUR_PI_SQUARED
-    return [_row(gap, load, 0.0, state.name, Event.BUCKLES, -1, state.mode - 1, 0.0, 0.0) for gap in scene.H]
+    return [
+        _row(gap, load, 0.0, state.name, "0", Event.BUCKLES, -1, state.mode - 1, 0.0, 0.0) for gap in scene.H
+    ]
 
 
 def _bent(state, scene, control, P_max):
@@ -220,7 +226,7 @@ def _described(curve, state, events, aside):
         sides.append((solution, exists))
     rows = []
     for i, event in enumerate(events.event):
-        place = here.H[i], float(here.P[i]), float(here.shortening[i]), state.name, event
+        place = here.H[i], float(here.P[i]), float(here.shortening[i]), state.name, "", event
         shape = float(here.energy[i]), float(here.curvature[i])
         beyond = [int(solution.index[i]) if exists[i] else -1 for solution, exists in sides]
         if event == Event.FLAT_BUCKLES or (event in PASSED and min(beyond) >= 0):
@@ -261,16 +267,19 @@ def _met(state, ends, control, columns):
 
     At prescribed shortening without the number of the root.
     """
-    met = np.full(columns["H"].size, "", dtype="<U64")
-    best = np.where(np.isin(columns["event"], PASSED), -1.0, np.inf)
+    met = columns["other_state"].astype("<U64")
+    best = np.where(np.isin(columns["event"], (*PASSED, Event.BUCKLES)), -1.0, np.inf)
     P, H = columns["P"], columns["H"]
+    work = P * columns["shortening"]
+    below, above = next_to(P, H)
     for beside, here in (
-        (1 - NEXT_TO, columns["index_before"] >= 0),
-        (1 + NEXT_TO, columns["index_after"] >= 0),
+        (below, columns["index_before"] >= 0),
+        (above, columns["index_after"] >= 0),
     ):
-        for points, numbers, solution in search(neighbours(state, ends), Scene(ends, H), LOAD, P * beside):
+        for points, numbers, solution in search(neighbours(state, ends), Scene(ends, H), LOAD, beside):
             name = solution.state.name
-            apart = distance(solution, columns["energy"][points], columns["curvature"][points])
+            shape = (columns[field][points] for field in SHAPE)
+            apart = distance(solution, *shape, work[points])
             good = (solution.status == Status.SOLVED) & np.isfinite(apart)
             good &= ~((name == state.name.partition(":")[0]) & (numbers == state.root))
             for i in np.flatnonzero(good):
@@ -282,22 +291,29 @@ def _met(state, ends, control, columns):
     return met
 
 
-def distance(found, energy, curvature):
-    """How unlike equilibria `NEXT_TO` an event are to the state there, by energy and by curvature over √p.
+def next_to(P, H):
+    """Loads just below and just above events at gaps, each of shape (n,)."""
+    aside = NEXT_TO * np.minimum(1, H / NARROW) ** 2
+    return P * (1 - aside), P * (1 + aside)
+
+
+def distance(found, energy, curvature, work):
+    """How unlike equilibria `next_to` an event are to the state there.
 
     Parameters
     ----------
-    found : Solution or FoundStates
+    found : Solution
         Of n equilibria.
-    energy, curvature : array_like, shape (n,) or ()
+    energy, curvature, work : ndarray, shape (n,) or (1,)
+        Of the state: energy V, κ, and P ΔL.
 
     Returns
     -------
     ndarray, shape (n,)
         Infinite unless they have the same shape at the event.
     """
-    off = np.abs(found.energy - energy) / np.maximum(np.abs(found.energy), 1e-6)
-    turned = np.abs(found.curvature - curvature) / np.sqrt(1 + 40 * found.P)
+    bent = 2 * np.pi * np.sqrt(2 * (energy + work))
+    off, turned = np.abs(found.energy - energy) / work, np.abs(found.curvature - curvature) / bent
     return np.where((off < SAME_ENERGY) & (turned < SAME_CURVATURE), off + turned, np.inf)
 
 

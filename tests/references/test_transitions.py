@@ -68,11 +68,11 @@ def test_the_asymmetric_branch():
 
 @pytest.mark.parametrize(("state", "ends"), [("U", CC), ("UD", PP)])
 def test_what_is_met_is_known_at_narrow_gaps_too(state, ends):
-    events = elastica.transitions(state, H=[0.002, 0.01, 0.03], ends=ends)
+    events = elastica.transitions(state, H=[1e-4, 0.002, 0.01, 0.03], ends=ends)
     alone = np.isin(events.event, (Event.FOLD, Event.RIGHT_ANGLE))
     assert events.other_state[~alone].all()
     first = {"U": "B1", "UD": "B2"}[state]
-    assert events.other_state[np.unique(events.H, return_index=True)[1]].tolist() == [first] * 3
+    assert events.other_state[np.unique(events.H, return_index=True)[1]].tolist() == [first] * 4
 
 
 def test_the_fold_at_prescribed_shortening():
