@@ -15,6 +15,8 @@ from brute_force.landscape import (
 
 import elastica
 
+pytestmark = pytest.mark.long
+
 CC, PP = "clamped-clamped", "pinned-pinned"
 
 

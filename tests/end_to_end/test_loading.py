@@ -17,6 +17,8 @@ from elastica.scales import FOUR_PI_SQUARED
 from elastica.scene import Scene
 from studies import StudyError, loading_path
 
+pytestmark = pytest.mark.long
+
 CC, PP = "clamped-clamped", "pinned-pinned"
 UP = np.array([0.0, 0.002, 0.0061, 0.0064, 0.007, 0.0075, 0.0076, 0.009, 0.02, 0.0265])
 SHORTENINGS = np.concatenate([UP, [0.02, 0.009, 0.00745, 0.0074, 0.00738, 0.007, 0.0]])

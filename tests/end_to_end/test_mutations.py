@@ -5,6 +5,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
+import pytest
 from click.testing import CliRunner
 from end_to_end.conftest import CONTENT, TOML
 from end_to_end.mutations import damaged_dataset, edited_dataset, mutated_index, mutated_study
@@ -12,6 +13,8 @@ from end_to_end.processes import elastica
 
 from studies import Study
 from studies.command_line import main
+
+pytestmark = pytest.mark.long
 
 CATALOGS = sorted((Path(__file__).parents[2] / "catalogs").glob("*.toml"))
 TINY = CONTENT | {

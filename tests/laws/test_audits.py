@@ -1,6 +1,7 @@
 """Random states of every kind: events against dense scans of loads, states against their own shortening."""
 
 import numpy as np
+import pytest
 
 import elastica
 from elastica import Event, Status
@@ -24,9 +25,10 @@ def random_state(rng, contacts):
     return str(rng.choice([name for name in names if name != "0"])), ends
 
 
-def test_events_are_where_a_dense_scan_sees_them(full, rng):
+@pytest.mark.at_least(8, full=40)
+def test_events_are_where_a_dense_scan_sees_them(compared, full, rng):
     """Every change of status or index has an event; no event is of the state with itself."""
-    cases, changes, wrong = 40 if full else 8, 0, []
+    cases, wrong = 40 if full else 8, []
     loads = np.linspace(0.02, 12, 801) if full else np.linspace(0.02, 8, 201)
     for case in range(cases):
         contacts = (1, 2, 0, 1, 3)[case % 5]
@@ -35,18 +37,19 @@ def test_events_are_where_a_dense_scan_sees_them(full, rng):
         s = elastica.solve(state, P=loads, H=H, ends=ends)
         index = np.where(s.status == Status.SOLVED, s.index, -1)
         events = elastica.transitions(state, H, ends, P_max=loads[-1])
-        for i in np.flatnonzero(np.diff(index)):
-            changes += 1
+        changes = np.diff(index) != 0
+        compared(changes)
+        for i in np.flatnonzero(changes):
             if not ((events.P >= loads[i] - 1e-9) & (events.P <= loads[i + 1] + 1e-9)).any():
                 wrong.append((state, ends, H, loads[i], index[i], index[i + 1]))
         wrong += [(state, ends, H, P) for P in events.P[events.other_state == state]]
-    assert not wrong, f"{len(wrong)} of {changes} changes of {cases} states: {wrong[:5]}"
-    assert changes >= cases
+    assert not wrong, f"{len(wrong)} changes of {cases} states: {wrong[:5]}"
 
 
-def test_stable_states_come_back_from_their_own_shortening(full, rng):
-    wanted, compared, lost = 300 if full else 12, 0, []
-    while compared < wanted:
+@pytest.mark.at_least(12, full=300)
+def test_stable_states_come_back_from_their_own_shortening(compared, full, rng):
+    wanted, seen, lost = 300 if full else 12, 0, []
+    while seen < wanted:
         ends = f"{random_end(rng)}/{random_end(rng)}"
         contacts = int(rng.integers(1, 4 if full else 3))
         H, P = np.exp(rng.uniform(np.log(0.01), np.log(0.3))), rng.uniform(0.1, 12, 60)
@@ -63,9 +66,10 @@ def test_stable_states_come_back_from_their_own_shortening(full, rng):
                 turned = np.abs(back.curvature - s.curvature[left]) / np.sqrt(1 + 40 * P[left])
                 same = (np.abs(back.P / P[left] - 1) < 1e-6) & (turned < 1e-6)
                 left = left[~(same & (back.status == Status.SOLVED))]
-            compared += some.size
+            compared(s.stable[some])
+            seen += some.size
             lost += [(state, ends, float(H), float(P[i])) for i in left]
-    assert not lost, f"{len(lost)} of {compared}: {lost[:5]}"
+    assert not lost, f"{len(lost)} of {seen}: {lost[:5]}"
 
 
 def test_next_to_a_fold_both_roots_are_found():

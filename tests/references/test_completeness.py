@@ -15,6 +15,8 @@ import pytest
 import elastica
 from elastica.state import parse_state
 
+pytestmark = pytest.mark.long
+
 REFERENCES = json.loads((Path(__file__).parent / "equilibria.json").read_text())
 LARGEST_LOAD = 12.0
 TOLERANCE = 1e-8
