@@ -278,8 +278,8 @@ def _met(state, ends, control, columns):
     ):
         for points, numbers, solution in search(neighbours(state, ends), Scene(ends, H), LOAD, beside):
             name = solution.state.name
-            shape = (columns[field][points] for field in SHAPE)
-            apart = distance(solution, *shape, work[points])
+            energy, curvature = (columns[field][points] for field in SHAPE)
+            apart = distance(solution, energy, curvature, work[points])
             good = (solution.status == Status.SOLVED) & np.isfinite(apart)
             good &= ~((name == state.name.partition(":")[0]) & (numbers == state.root))
             for i in np.flatnonzero(good):
