@@ -76,6 +76,7 @@ def alternating(segments, table):
     near = _from_nearest(segments, p, scene, from_line, line.lam[:, leaving], others)
     roots.put(np.concatenate([from_line, others]), near)
 
+    # Newton from the line misses some that small deflections reach.
     again = from_line[gentle[from_line] & ~roots.found[from_line]]
     roots.put(again, from_small_deflections(segments, p[again], scene.at(again)))
 

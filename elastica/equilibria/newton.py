@@ -93,8 +93,8 @@ def newton(segments, p, scene, kappa, lam, bracket=None, most_steps=MOST_STEPS):
             known = sign_known(arrow.excess, rises)
             step, replaced = bracket.confine(live, kappa, arrow.excess, known, step)
         # A step to the middle is small when the interval is, whatever is in it.
-        trusted = ~replaced | _met(arrow.excess)
-        return step, trusted, _met(arrow.excess), _exact(arrow.excess) & small(rises)
+        met = _met(arrow.excess)
+        return step, ~replaced | met, met, _exact(arrow.excess) & small(rises)
 
     return _iterate(segments, p, scene, kappa, lam, move, most_steps)
 
