@@ -64,6 +64,8 @@ SIZES = 4_000, 100_000
 SOLVED, DENSE = 4_000, 20
 """Points over contacts at which the other quantities are asked for, and points at which dense matrices give
 them too."""
+OF_CONTACTS = 500
+"""Points of each number of contacts at which they are."""
 REPEATS, QUICK_REPEATS = 5, 3
 ON_DEMAND = {
     "eigenvalues": lambda s: s.eigenvalues(4),
@@ -87,7 +89,8 @@ def floor(quick=False):
         the value or to π², whichever is larger.
     """
     sizes, repeats = (SIZES[:1], QUICK_REPEATS) if quick else (SIZES, REPEATS)
-    rows = STATES + [alternating(contacts) for contacts in CONTACTS]
+    rows = [(row, SOLVED // len(row.state)) for row in STATES]
+    rows += [(alternating(contacts), OF_CONTACTS) for contacts in CONTACTS]
     taken = np.full((3, len(STATES), len(sizes)), np.nan)
     quantities = np.full((len(rows), len(ON_DEMAND)), np.nan)
     peers, difference = np.full((2, len(STATES), len(ON_DEMAND)), np.nan)
@@ -96,8 +99,8 @@ def floor(quick=False):
             for j, size in enumerate(sizes):
                 taken[:, i, j] = _medians(_tasks(row, size), repeats, size)
             peers[i], difference[i] = _beside_dense(_solved(row, DENSE))
-        for i, row in enumerate(rows):
-            solved = _solved(row, SOLVED // len(row.state))
+        for i, (row, size) in enumerate(rows):
+            solved = _solved(row, size)
             tasks = [lambda ask=ask, s=solved: ask(s) for ask in ON_DEMAND.values()]
             quantities[i] = _medians(tasks, repeats, solved.P.size)
         contacts = [_medians(_tasks(alternating(n), SIZES[0])[:1], repeats, SIZES[0]) for n in CONTACTS]

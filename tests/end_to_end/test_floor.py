@@ -10,7 +10,13 @@ from studies.accuracy import floor, report
 @pytest.fixture(scope="module")
 def measured():
     with pytest.MonkeyPatch.context() as few:
-        for name, value in {"SIZES": (30, 60), "SOLVED": 40, "DENSE": 4, "REPEATS": 1}.items():
+        for name, value in {
+            "SIZES": (30, 60),
+            "SOLVED": 40,
+            "DENSE": 4,
+            "OF_CONTACTS": 5,
+            "REPEATS": 1,
+        }.items():
             few.setattr(floor, name, value)
         few.setattr(floor, "CONTACTS", (1, 2, 5))
         yield floor.floor()
