@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from studies.design.plan import LARGEST_BLOCK
 from studies.store.files import opened
 from studies.store.layout import CHUNK_BYTES, COMPRESSION
 
@@ -25,10 +26,9 @@ class Layout(NamedTuple):
     chunks: object
 
 
-def _plane(sizes, itemsize):
-    """One state's plane, in rows of at most 4 MB."""
-    rows = max(1, min(sizes[1], CHUNK_BYTES // (sizes[2] * itemsize)))
-    return 1, rows, sizes[2], 1
+def _block(sizes, itemsize):
+    """Rows of one state, of as many points as a block of maps."""
+    return 1, max(1, min(sizes[1], LARGEST_BLOCK // sizes[2])), sizes[2], 1
 
 
 def _point(sizes, itemsize):
@@ -42,11 +42,11 @@ def _automatic(sizes, itemsize):
 
 
 LAYOUTS = [
-    Layout("as stored: zlib 4, shuffle, planes", COMPRESSION, _plane),
-    Layout("no compression", {"fletcher32": True}, _plane),
-    Layout("zlib 1, shuffle", COMPRESSION | {"complevel": 1}, _plane),
-    Layout("zlib 9, shuffle", COMPRESSION | {"complevel": 9}, _plane),
-    Layout("zlib 4, no shuffle", COMPRESSION | {"shuffle": False}, _plane),
+    Layout("as stored: zlib 4, shuffle, rows of a state", COMPRESSION, _block),
+    Layout("no compression", {"fletcher32": True}, _block),
+    Layout("zlib 1, shuffle", COMPRESSION | {"complevel": 1}, _block),
+    Layout("zlib 9, shuffle", COMPRESSION | {"complevel": 9}, _block),
+    Layout("zlib 4, no shuffle", COMPRESSION | {"shuffle": False}, _block),
     Layout("zlib 4, shuffle, all states in a chunk", COMPRESSION, _point),
     Layout("zlib 4, shuffle, chunks of the library", COMPRESSION, _automatic),
 ]

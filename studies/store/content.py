@@ -5,6 +5,7 @@ Not here: how files are opened (`files`), the points that some hold (`sources`),
 """
 
 import hashlib
+from concurrent.futures import ThreadPoolExecutor
 from math import prod
 from typing import NamedTuple
 
@@ -167,12 +168,21 @@ def hash_values(dataset):
         for key in () if first_format else MEANING:
             if key in variable.ncattrs():
                 digest.update(f"{key} {np.asarray(variable.getncattr(key)).tolist()}".encode())
-        for band in bands:
+        for band in _ahead(bands):
             values = np.ascontiguousarray(band)
             if values.dtype.kind == "f":
                 values = np.where(np.isnan(values), np.nan, values + 0.0)
             digest.update(values.astype(values.dtype.newbyteorder("<")).tobytes())
     return digest.hexdigest()
+
+
+def _ahead(bands):
+    """Bands, each of them read while the one before is hashed."""
+    with ThreadPoolExecutor(1) as reader:
+        coming = reader.submit(next, bands, None)
+        while (band := coming.result()) is not None:
+            coming = reader.submit(next, bands, None)
+            yield band
 
 
 def _contents(variable):
@@ -183,7 +193,7 @@ def _contents(variable):
     encoded = [text.encode() for text in np.ravel(variable[:])]
     width = max(1, *map(len, encoded), 1)
     characters = np.array(encoded, f"S{width}").view("S1").reshape(*variable.shape, width)
-    return (*variable.dimensions, f"string{width}"), characters.dtype, characters.shape, [characters]
+    return (*variable.dimensions, f"string{width}"), characters.dtype, characters.shape, iter([characters])
 
 
 def _bands(variable):
