@@ -16,25 +16,32 @@ from elastica.equilibria.roots import CHUNK
 from elastica.state import is_canonical, parse_state
 from studies.schema import coordinates, variables
 
-SECONDS_PER_STATE = 8e-6
-"""One state at one grid point on one core of 2020–25, from a closed start."""
-SECONDS_PER_WORD = 30e-6
+SECONDS_PER_STATE = 6e-6
+"""One state at one grid point on one core of 2020–25, from a closed start, until it is stored."""
+SECONDS_PER_WORD = 18e-6
 """The same where every root is sought."""
-SECONDS_PER_SWEEP = 0.05
-"""What the search for a word costs each chunk of points, however few they are."""
+SECONDS_PER_CALL = 0.02
+"""What a state costs each chunk of points, however few they are."""
+SECONDS_PER_SWEEP = 0.025
+"""The same of a word whose every root is sought."""
 SECONDS_PER_BRANCH = 0.045
 """Tracing the branches of a word with one contact at one gap, under prescribed shortening."""
 SECONDS_PER_TRACING = 0.6
 """What tracing costs each chunk for such a word, however few its gaps."""
-SPRINGS = 8.0
-"""Factor of all this for segments at springs, whose lengths are integrated."""
+SPRINGS = 4.0
+"""Factor of what points cost for segments at springs."""
 ROOTS = 4
 """More roots than words have on the average, and are solved somewhere, at the loads of usual studies."""
+THERE = 1 / 2
+"""Share of the bent states, or as many roots of words, that are there at a point."""
 SECONDS_PER_CHAIN = 5e-3
 """One state of a chain, with its exact start."""
-SECONDS_PER_EIGENVALUES = 1.7e-3
-"""Of one solved state; as many as there are words if every root is sought, else a third of those named."""
-SECONDS_PER_SAMPLE = 1e-6
+SECONDS_PER_EIGENVALUES, SECONDS_PER_FREQUENCIES = 25e-6, 45e-6
+"""Those of a segment of a state that is there."""
+SECONDS_PER_SPECTRUM = 0.04
+"""What either costs each chunk for a state, however few the points where it is."""
+SECONDS_PER_SAMPLE = 0.5e-6
+"""Of the shape of a state that is there: most of it goes into the compression."""
 SECONDS_PER_EVENTS, SECONDS_PER_EVENTS_AT_GAP = 0.6, 0.15
 """Finding the events of a state: at a block of gaps, and at each of these."""
 
@@ -65,19 +72,23 @@ def costs_of(task, ends, control):
         for state in states
         if state.word and (task.every_root or control != "P" or not _has_closed_start(state, ends))
     ]
-    bent = sum(not state.straight for state in states)
-    solved = bent if task.every_root else bent / 3
-    per_point = (
-        SECONDS_PER_STATE * springs * (len(states) - len(swept))
-        + SECONDS_PER_EIGENVALUES * ((outputs.eigenvalues > 0) + (outputs.frequencies > 0)) * solved
-        + SECONDS_PER_SAMPLE * outputs.shapes * len(states)
-        + SECONDS_PER_CHAIN * (task.method.method == "chain") * solved
+    bent = [state for state in states if not state.straight]
+    segments = sum(len(state.word) + 1 for state in bent)
+    spectra = SECONDS_PER_EIGENVALUES * (outputs.eigenvalues > 0) + SECONDS_PER_FREQUENCIES * (
+        outputs.frequencies > 0
     )
+    per_point = SECONDS_PER_STATE * springs * (len(states) - len(swept)) + THERE * (
+        spectra * springs * segments
+        + SECONDS_PER_SAMPLE * outputs.shapes * len(bent)
+        + SECONDS_PER_CHAIN * (task.method.method == "chain") * len(bent)
+    )
+    asked = (outputs.eigenvalues > 0) + (outputs.frequencies > 0)
+    per_chunk = SECONDS_PER_CALL * (len(states) - len(swept)) + SECONDS_PER_SPECTRUM * asked * len(bent)
     if control == "P":
         searching = springs * len(swept)
-        return Costs(SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
+        return Costs(per_chunk + SECONDS_PER_SWEEP * searching, 0.0, per_point + SECONDS_PER_WORD * searching)
     tracing = springs * sum(len(state.word) for state in swept)
-    return Costs(SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
+    return Costs(per_chunk + SECONDS_PER_TRACING * tracing, SECONDS_PER_BRANCH * tracing, per_point)
 
 
 def costs_of_events(names, ends):
