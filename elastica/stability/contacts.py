@@ -187,6 +187,8 @@ def nearest(joined, masses, loads):
     negative : ndarray of int, shape (n,)
     step : ndarray, shape (n,)
         Of x.
+    residual : ndarray, shape (n,)
+        An eigenvalue is about so near: beside a pole of what is left at a contact the step is small as well.
     """
     first, inner, last, supports = joined
     left, near = [], [first + supports[0]]
@@ -214,7 +216,10 @@ def nearest(joined, masses, loads):
     for load, unknown in zip(loads, shape, strict=True):
         slope = slope + _form(load, unknown)
     slope = slope + _form(masses[0], shape[0]) + _form(masses[-1], shape[-1])
-    return found, np.take_along_axis(values, chosen[None], axis=0)[0] / slope
+    sides = [masses[0], *(A + B for A, B in masses[1:-1]), masses[-1]]
+    own = [_form(a + b + load, v) for a, b, load, v in zip(sides, sides[1:], loads, vectors, strict=False)]
+    value, mass = (np.take_along_axis(np.array(each), chosen[None], axis=0)[0] for each in (values, own))
+    return found, value / slope, np.abs(value) / np.sqrt(slope * mass)
 
 
 def _followed(eliminations, begin):

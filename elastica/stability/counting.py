@@ -20,14 +20,15 @@ ASIDE, CLOSER = 1e-8, (1e-10, 1e-12, 2e-14)
 the less certain the count."""
 SHARES, MOST_ROUNDS = np.arange(1, 4) / 4, 2
 """Where intervals are divided by counts, and how often: with many contacts one may hold many eigenvalues."""
-SMALL, OVER, BLUR = 1e-10, 1e-11, 1e-12
+SMALL, OVER, BLUR = 5e-12, 3e-12, 1e-12
 """Relative steps of Newton's method: below the first the next is rounding, the second is taken beyond its
 end, and below the third the number of eigenvalues below is not certain."""
 SMALL_BESIDE = 0.1
 """Part of the way to the nearest held mode: what leads there is not a step to an eigenvalue."""
 NEAR_ZERO = 1e-9
 """In units of σ: an eigenvalue that is known to vanish is not below."""
-ROUNDING = np.finfo(float).eps
+CLOSED = 1e-13
+"""Relative width of an interval that is narrow enough: where two eigenvalues coincide only this ends it."""
 MOST_STEPS = 100
 MOST_LOST = 3e6
 """Factor by which a held mode is larger than the rest from which on its rounding matters."""
@@ -105,15 +106,15 @@ class Strip(NamedTuple):
         return self._held_below(x) + released + negative(joined)
 
     def step(self, x):
-        """The same, and Newton's step to one of them."""
+        """The same, Newton's step to one of them, and how near one is."""
         dynamic = [[half.dynamic(x) for half in each] for each in self.halves]
         stiffness, masses = ([[half[i] for half in each] for each in dynamic] for i in (0, 1))
         joined, released = self._joined(stiffness, x)
         in_order = [masses[number] for number in self.order]
         for end, edge in zip((0, -1), self.edges, strict=True):
             in_order[end] = edge.mass(stiffness[self.order[end]], in_order[end])
-        found, step = nearest(joined, in_order, self.loads)
-        return self._held_below(x) + released + found, step
+        found, step, residual = nearest(joined, in_order, self.loads)
+        return self._held_below(x) + released + found, step, residual
 
     def _held_below(self, x):
         return sum(
@@ -212,7 +213,7 @@ def _closed_in(strip, point, wanted, low, high, scale):
     live = np.arange(point.size)
     own, x, narrow = strip.at(point), 0.5 * (low + high), np.full(point.size, np.inf)
     for turn in range(MOST_STEPS):
-        below, move = own.step(x)
+        below, move, residual = own.step(x)
         way = own.to_held(x)
         # Newton's step once the pole at the nearest held mode is multiplied away.
         move = move * way / (move + way)
@@ -220,7 +221,8 @@ def _closed_in(strip, point, wanted, low, high, scale):
         above = missing > 0
         a, b = np.where(above, x, low[live]), np.where(above, high[live], x)
         size, width = scale[live] + np.abs(x), b - a
-        near = np.abs(move) <= np.minimum(SMALL * size, SMALL_BESIDE * np.abs(way))
+        near = np.maximum(residual, np.abs(move)) <= SMALL * size
+        near &= np.abs(move) <= SMALL_BESIDE * np.abs(way)
         # The next above or below is the one that is wanted; too near, the count itself would be rounding.
         met = near & (np.abs(move) > BLUR * size) & (missing == above) & ((move > 0) == above)
         low[live], high[live] = np.where(met, x + move, a), np.where(met, x + move, b)
@@ -231,7 +233,7 @@ def _closed_in(strip, point, wanted, low, high, scale):
             inside &= near | (width <= 0.5 * narrow[live])
             narrow[live] = width
         x = np.where(inside, ahead, 0.5 * (low[live] + high[live]))
-        open_ = high[live] - low[live] > 4 * ROUNDING * size
+        open_ = high[live] - low[live] > CLOSED * size
         if not open_.any():
             break
         if open_.sum() < FEWER * open_.size:
