@@ -200,12 +200,14 @@ def _forms(piece, terms, half, parity, unit, inertia):
     inner = bubbles + sum(end.rotation == FREE for end in rotations)
 
     weighted = basis.T * (measure * thrust)[:, None, :]
-    Q = (stiffness / ell[:, :, None])[:, place][:, :, place] - weighted @ basis
+    # In C order also of a single point: BLAS rounds transposed matrices otherwise.
+    stiffness, mass = (matrix[np.ix_(place, place)] for matrix in (stiffness, mass))
+    Q = stiffness / ell[:, :, None] - weighted @ basis
     for i, end in enumerate(end for end in rotations if end.rotation == FREE):
         Q[:, bubbles + i, bubbles + i] += end.stiffness / (2 if half else 1)
     constraints = [_sum(measure * cos, basis)] if half >= 0 else []
     if not (inertia or piece.start.advance):
-        return Q, ell[:, :, None] * mass[place][:, place], constraints, inner, bubbles
+        return Q, ell[:, :, None] * mass, constraints, inner, bubbles
 
     along = half * parity
     drift = _sum(-measure * sin, basis)
@@ -224,7 +226,7 @@ def _forms(piece, terms, half, parity, unit, inertia):
     if along >= 0 and FREE not in (ends[0].advance, ends[1].advance):
         constraints.append(np.hstack([drift, -unit[:, None] * stretch]))
     if not inertia:
-        weight = np.pad(ell[:, :, None] * mass[place][:, place], ((0, 0), (0, more), (0, more)))
+        weight = np.pad(ell[:, :, None] * mass, ((0, 0), (0, more), (0, more)))
         return Q, weight, constraints, inner, bubbles
     up = ell[:, :, None] * (running_integral(terms, half) @ (cos[:, :, None] * basis))
     on = ell[:, :, None] * (running_integral(terms, along) @ (-sin[:, :, None] * basis))
