@@ -210,7 +210,7 @@ def _narrowed(strip, places, asked, low, high):
 
 def _closed_in(strip, point, wanted, low, high, scale):
     """The eigenvalue with the number `wanted` in each interval of x, by Newton's method kept in it."""
-    live = np.arange(point.size)
+    live, open_ = np.arange(point.size), np.ones(point.size, bool)
     own, x, narrow = strip.at(point), 0.5 * (low + high), np.full(point.size, np.inf)
     for turn in range(MOST_STEPS):
         below, move, residual = own.step(x)
@@ -225,7 +225,10 @@ def _closed_in(strip, point, wanted, low, high, scale):
         near &= np.abs(move) <= SMALL_BESIDE * np.abs(way)
         # The next above or below is the one that is wanted; too near, the count itself would be rounding.
         met = near & (np.abs(move) > BLUR * size) & (missing == above) & ((move > 0) == above)
-        low[live], high[live] = np.where(met, x + move, a), np.where(met, x + move, b)
+        # A closed interval stays as it is, however long its neighbours take.
+        going = live[open_]
+        low[going] = np.where(met, x + move, a)[open_]
+        high[going] = np.where(met, x + move, b)[open_]
         # From the other side it is told whether this is the one, also where two nearly coincide.
         ahead = x + move + np.where(near, np.where(above, OVER, -OVER) * size, 0.0)
         inside = (ahead > low[live]) & (ahead < high[live])
@@ -233,10 +236,10 @@ def _closed_in(strip, point, wanted, low, high, scale):
             inside &= near | (width <= 0.5 * narrow[live])
             narrow[live] = width
         x = np.where(inside, ahead, 0.5 * (low[live] + high[live]))
-        open_ = high[live] - low[live] > CLOSED * size
+        open_ &= high[live] - low[live] > CLOSED * size
         if not open_.any():
             break
         if open_.sum() < FEWER * open_.size:
             left = np.flatnonzero(open_)
-            live, x, own = live[left], x[left], own.at(left)
+            live, x, open_, own = live[left], x[left], open_[left], own.at(left)
     return 0.5 * (low + high)
