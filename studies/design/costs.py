@@ -36,7 +36,7 @@ THERE = 1 / 2
 """Share of the bent states, or as many roots of words, that are there at a point."""
 SECONDS_PER_CHAIN = 5e-3
 """One state of a chain, with its exact start."""
-SECONDS_PER_EIGENVALUES, SECONDS_PER_FREQUENCIES = 25e-6, 45e-6
+SECONDS_PER_EIGENVALUES, SECONDS_PER_FREQUENCIES = 30e-6, 65e-6
 """Those of a segment of a state that is there."""
 SECONDS_PER_SPECTRUM = 0.04
 """What either costs each chunk for a state, however few the points where it is."""
