@@ -15,7 +15,7 @@ from studies.design.axes import Table
 from studies.design.block import Task
 from studies.design.tables import About, Grid, Outputs, Solve, States
 
-NUMERICS_VERSION = 4
+NUMERICS_VERSION = 5
 """Raised whenever the same study may give other values than before, beyond rounding."""
 
 
