@@ -7,10 +7,56 @@ import numpy as np
 
 from elastica.stability.contacts import Edge
 from elastica.stability.counting import Strip
+from elastica.stability.elements import BATCH_VALUES, batches
 from elastica.stability.held import FREE, HELD, SHARED, End, Piece, reduced
 
 LARGEST = 1e150
 """μ/κ is finite, so that nothing it is multiplied with overflows."""
+
+
+def strips(solution, count, shift, inertia, control, contacts_move=True, terms=None):
+    """The solved points of a solution as strips with the same segments.
+
+    Parameters
+    ----------
+    solution, count, contacts_move, terms
+        As for `elements.batches`.
+    shift : callable
+        σ (n,) of Elements.
+    inertia, control
+        As for `strip_of`.
+
+    Yields
+    ------
+    points : ndarray of int, shape (n,)
+        Flat indices.
+    strip : Strip
+    shift : ndarray, shape (n,)
+        σ.
+    zeros : int
+        Number of eigenvalues that are known to vanish.
+    """
+    waiting: list = []
+    segments: tuple = ()
+    zeros = 0
+    for points, elements, number in batches(solution, count, contacts_move, terms):
+        # Matrices are of the points with as many terms; eigenvalues are sought of many at once.
+        if waiting and (
+            elements.segments != segments or sum(part[0].size for part in waiting) >= BATCH_VALUES // count
+        ):
+            yield (*_joined(waiting), zeros)
+            waiting = []
+        own = shift(elements)
+        unit = np.sqrt(solution.shortening.ravel()[points])
+        waiting.append((points, strip_of(elements, solution.ends, number, own, unit, inertia, control), own))
+        segments, zeros = elements.segments, elements.sliding if solution.state.line else 0
+    if waiting:
+        yield (*_joined(waiting), zeros)
+
+
+def _joined(waiting):
+    points, parts, shifts = zip(*waiting, strict=True)
+    return np.concatenate(points), Strip.joined(parts), np.concatenate(shifts)
 
 
 def strip_of(elements, ends, terms, shift, unit, inertia, control):

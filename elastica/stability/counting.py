@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.stability.contacts import Between, Joined, nearest, negative
+from elastica.stability.held import Half
 
 ASIDE, CLOSER = 1e-8, (1e-10, 1e-12, 2e-14)
 """Relative distances from a held mode at which eigenvalues are counted: some coincide with it, and the closer
@@ -60,6 +61,22 @@ class Strip(NamedTuple):
     supports: np.ndarray
     loads: np.ndarray
     edges: tuple
+
+    @classmethod
+    def joined(cls, parts):
+        """Strips of the same segments as one."""
+        first, *others = parts
+        if not others:
+            return first
+        halves = [
+            [Half.joined(halves) for halves in zip(*each, strict=True)]
+            for each in zip(*(part.halves for part in parts), strict=True)
+        ]
+        supports, loads = (
+            np.concatenate(fields, axis=-1)
+            for fields in zip(*((part.supports, part.loads) for part in parts), strict=True)
+        )
+        return first._replace(halves=halves, supports=supports, loads=loads)
 
     def at(self, points):
         """The same at some of the points, which may be repeated."""

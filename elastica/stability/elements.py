@@ -25,7 +25,7 @@ MORE_TERMS = 6
 """Bubbles beyond those, beyond half a bubble per radian of phase and beyond `LEAST_TERMS`, that the lowest
 eigenvalues need."""
 LEAST_TERMS = 4
-TERMS_ROUNDED_TO, OF_LONG_WORDS, LONG_WORD = 2, 6, 8
+TERMS_ROUNDED_TO, OF_LONG_WORDS, LONG_WORD = 4, 6, 8
 """Points with about as many terms share a batch; of words with more segments than the last the work is that
 of handing out many small arrays, and batches are larger."""
 LONGEST_PHASE = 80.0

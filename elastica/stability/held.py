@@ -79,6 +79,18 @@ class Half(NamedTuple):
     stiffness: np.ndarray
     mass: np.ndarray
 
+    @classmethod
+    def joined(cls, parts):
+        """The same halves of different points as one; where there are fewer modes the rest is infinite."""
+        modes = max(len(part.held) for part in parts)
+        held, coupling = [], []
+        for part in parts:
+            missing = modes - len(part.held)
+            held.append(np.pad(part.held, ((0, missing), (0, 0)), constant_values=np.inf))
+            coupling.append(np.pad(part.coupling, ((0, 0), (0, 0), (0, missing), (0, 0))))
+        ends = ([part.stiffness for part in parts], [part.mass for part in parts])
+        return cls(*(np.concatenate(fields, axis=-1) for fields in (held, coupling, *ends)))
+
     def at(self, points):
         """The same at some of the points."""
         return Half(*(np.take(field, points, axis=-1) for field in self))

@@ -15,8 +15,7 @@ from elastica.equilibria.euler import euler_root
 from elastica.inputs import check_count
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.stability import counting, dense
-from elastica.stability.assembly import strip_of
-from elastica.stability.elements import batches
+from elastica.stability.assembly import strips
 
 LEAST = -1e-3
 """Below all eigenvalues x = ν + σ, in units of σ."""
@@ -104,15 +103,16 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         p = FOUR_PI_SQUARED * solution.P.ravel()[solved]
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*shape, count), index.reshape(shape)
-    for points, elements, size in batches(solution, count, contacts_move, terms):
-        shift = np.max([q.F for q in elements.pendulums], axis=0)
-        unit = np.sqrt(solution.shortening.ravel()[points])
-        strip = strip_of(elements, solution.ends, size, shift, unit, False, control)
+    for points, strip, shift, zeros in strips(solution, count, _shift, False, control, contacts_move, terms):
         values, doubtful = counting.eigenvalues(strip, count, LEAST * shift, shift)
-        zeros = elements.sliding if state.line else 0
         result[points] = counting.with_zeros(strip, values - shift[:, None], shift, zeros)
         if doubtful.any():
             result[points[doubtful]] = dense.eigenvalues(solution, count, control, points[doubtful])
         if not contacts_move:
             index[points] = strip.below(shift)
     return result.reshape(*shape, count), index.reshape(shape)
+
+
+def _shift(elements):
+    """−Q is nowhere more than this times ∫φ², shape (n,)."""
+    return np.max([q.F for q in elements.pendulums], axis=0)

@@ -17,8 +17,7 @@ from elastica.blas import single_threaded
 from elastica.control import LOAD
 from elastica.inputs import check_count
 from elastica.stability import counting, dense
-from elastica.stability.assembly import strip_of
-from elastica.stability.elements import batches
+from elastica.stability.assembly import strips
 
 LARGEST_GROWTH = 9.0
 """−ω² in units of c² stays below this."""
@@ -53,15 +52,15 @@ def frequencies(solution, count, control=LOAD):
     # The straight strip keeps its shortening to first order by itself.
     control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
-    for points, elements, terms in batches(solution, count):
-        widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0) ** 2
-        shift = SHIFT * widest
-        unit = np.sqrt(solution.shortening.ravel()[points])
-        strip = strip_of(elements, solution.ends, terms, shift, unit, True, control)
-        squares, doubtful = counting.eigenvalues(strip, count, shift - LARGEST_GROWTH * widest, shift)
-        zeros = elements.sliding if solution.state.line else 0
+    for points, strip, shift, zeros in strips(solution, count, _shift, True, control):
+        squares, doubtful = counting.eigenvalues(strip, count, shift * (1 - LARGEST_GROWTH / SHIFT), shift)
         squares = counting.with_zeros(strip, squares - shift[:, None], shift, zeros)
         result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
         if doubtful.any():
             result[points[doubtful]] = dense.frequencies(solution, count, control, points[doubtful])
     return result.reshape(*solution.status.shape, count)
+
+
+def _shift(elements):
+    """A small part of c², shape (n,)."""
+    return SHIFT * np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0) ** 2
