@@ -5,7 +5,7 @@ import re
 from typing import NamedTuple
 
 from elastica.scales import FOUR_PI_SQUARED
-from elastica.spelling import did_you_mean, meant
+from elastica.spelling import did_you_mean, meant, shown
 
 DIGITS = 12
 """Significant digits of a spring in names: labels of the same spring compare equal."""
@@ -92,7 +92,7 @@ def parse_ends(text):
         a, b = (_parse_end(part.strip()) for part in (text[: cut.start()], text[cut.end() :]))
         if a is not None and b is not None:
             return _resolved(Ends(a, b), text)
-    raise ValueError(f"ends = {text!r} is not known{_question(text)}; {ALLOWED}")
+    raise ValueError(f"ends = {shown(text)} is not known{_question(text)}; {ALLOWED}")
 
 
 def _resolved(ends, text):
@@ -101,8 +101,8 @@ def _resolved(ends, text):
         if not (end.pinned or end.clamped or SOFTEST <= end.k <= STIFFEST):
             limit, like = (STIFFEST, "clamped") if end.k > 1 else (SOFTEST, "pinned")
             raise ValueError(
-                f"ends = {text!r}: a spring {'above' if end.k > 1 else 'below'} {limit:g} is, to ten digits, "
-                f"the same as {like}; write {like}"
+                f"ends = {shown(text)}: a spring {'above' if end.k > 1 else 'below'} {limit:g} is, to ten "
+                f"digits, the same as {like}; write {like}"
             )
     return ends
 

@@ -16,7 +16,7 @@ from elastica.inputs import broadcast
 from elastica.labelled import LabelledSolution
 from elastica.scene import Scene
 from elastica.solution import Solution, shaped
-from elastica.spelling import did_you_mean
+from elastica.spelling import did_you_mean, shown
 from elastica.state import parse_state
 
 METHODS = ("exact", "chain")
@@ -90,7 +90,7 @@ def solve(
     options = {name: value for name, value in options.items() if value is not None}
     if method not in METHODS:
         question = did_you_mean(method, METHODS)
-        raise ValueError(f"method = {method!r} is not known{question}; use {' or '.join(METHODS)}")
+        raise ValueError(f"method = {shown(method)} is not known{question}; use {' or '.join(METHODS)}")
     if options and method != "chain":
         raise ValueError(f"{', '.join(sorted(options))}: of a chain only; add method='chain'")
     ends = parse_ends(ends)

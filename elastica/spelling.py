@@ -1,10 +1,13 @@
 """Which name was meant where one is not known: one rule for every closed list of names."""
 
 import difflib
+import reprlib
 from collections.abc import Iterable
 
 ALIKE = 0.6
 """Least share of letters in common with what was meant."""
+BRIEF = reprlib.Repr()
+BRIEF.maxstring = BRIEF.maxother = BRIEF.maxlong = 100
 
 
 def meant(text: object, names: Iterable[str]) -> str | None:
@@ -29,3 +32,8 @@ def did_you_mean(text: object, names: Iterable[str]) -> str:
     """A question to follow the text in an error, with a space before it; empty where no name is like it."""
     name = meant(text, names)
     return "" if name is None else f" (did you mean {name!r}?)"
+
+
+def shown(value: object) -> str:
+    """What was given, as Python writes it, for an error: the middle of a long one is left out."""
+    return BRIEF.repr(value)

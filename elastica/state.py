@@ -48,7 +48,7 @@ import numpy as np
 
 from elastica.ends import Ends, parse_ends
 from elastica.pendulum.segments import HALF, Kind
-from elastica.spelling import did_you_mean
+from elastica.spelling import did_you_mean, shown
 
 GRAMMAR = re.compile(
     r"(?P<straight>0)|B(?P<mode>[1-9]\d{0,3})"
@@ -175,8 +175,8 @@ def parse_state(name, ends="clamped-clamped"):
     match = GRAMMAR.fullmatch(name) if isinstance(name, str) else None
     if match is None:
         raise ValueError(
-            f"state = {name!r} is not known{_question(name)}; use 0, B1, B2, … or a contact word such as "
-            "U, Ua, U-, UD, UD:2"
+            f"state = {shown(name)} is not known{_question(name)}; use 0, B1, B2, … or a contact word such "
+            "as U, Ua, U-, UD, UD:2"
         )
     if match["straight"]:
         return State("0")
@@ -185,17 +185,19 @@ def parse_state(name, ends="clamped-clamped"):
     word, kind_a = match["word"], (bool(match["a"]), bool(match["b"]))
     line, root = bool(match["line"]), int(match["root"] or 1)
     if len(word) > MOST_CONTACTS:
-        raise ValueError(f"state = {name!r} has {len(word)} contacts; at most {MOST_CONTACTS} can be solved")
+        raise ValueError(
+            f"state = {shown(name)} has {len(word)} contacts; at most {MOST_CONTACTS} can be solved"
+        )
     if line:
         if "UU" in word or "DD" in word:
             raise ValueError(
-                f"state = {name!r}: a wall touched twice in a row has no line regime; "
+                f"state = {shown(name)}: a wall touched twice in a row has no line regime; "
                 "leave out the '-' or the repeated letter"
             )
         for side, end, is_a in zip("AB", ends, kind_a, strict=True):
             if is_a and end.clamped:
                 raise ValueError(
-                    f"state = {name!r}: at the clamped end {side} a line state has one kind of end "
+                    f"state = {shown(name)}: at the clamped end {side} a line state has one kind of end "
                     "segment; leave out the 'a'"
                 )
     upper = _from_upper(word)

@@ -155,7 +155,7 @@ def hash_values(dataset):
     are worth shows when they are solved again, as `elastica check` does with some of them.
     """
     digest = hashlib.sha256()
-    first_format = getattr(dataset, "format_version", 1) == 1
+    first_format = np.array_equal(getattr(dataset, "format_version", 1), 1)
     for name in ("numerics_id", "control", "states_searched"):
         digest.update(f"{name} {getattr(dataset, name, '')}".encode())
     for name in (TRANSITIONS_FAILED, STATES_NOT_COMPUTED):

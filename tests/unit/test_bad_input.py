@@ -122,3 +122,13 @@ def test_narrow_gaps_have_the_shape_of_small_deflections(name, P, H):
     assert (narrow.status, narrow.index) == (wide.status, wide.index)
     assert narrow.energy / H / H == pytest.approx(float(wide.energy) * 1e10, rel=1e-7)
     assert narrow.reaction / H == pytest.approx(wide.reaction * 1e5, rel=1e-7)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"ends": "9" * 500}, {"ends": "9" * 300 + "/pinned"}, {"state": "x" * 500}, {"method": "x" * 500}],
+)
+def test_what_is_long_is_shown_in_part(given):
+    with pytest.raises(ValueError, match=r"\.\.\.") as error:
+        elastica.solve(**{"state": "U", "P": 1, "H": 0.1} | given)
+    assert len(str(error.value)) < 400
