@@ -10,6 +10,8 @@ from elastica.stability.counting import Strip
 from elastica.stability.elements import BATCH_VALUES, batches
 from elastica.stability.held import FREE, HELD, SHARED, End, Piece, reduced
 
+SPARE = 4
+"""Bubbles that symmetric segments do not need for the accuracy of the others."""
 LARGEST = 1e150
 """μ/κ is finite, so that nothing it is multiplied with overflows."""
 
@@ -48,7 +50,9 @@ def strips(solution, count, shift, inertia, control, contacts_move=True, terms=N
             waiting = []
         own = shift(elements)
         unit = np.sqrt(solution.shortening.ravel()[points])
-        waiting.append((points, strip_of(elements, solution.ends, number, own, unit, inertia, control), own))
+        spare = SPARE if terms is None else 0
+        strip = strip_of(elements, solution.ends, number, spare, own, unit, inertia, control)
+        waiting.append((points, strip, own))
         segments, zeros = elements.segments, elements.sliding if solution.state.line else 0
     if waiting:
         yield (*_joined(waiting), zeros)
@@ -59,15 +63,15 @@ def _joined(waiting):
     return np.concatenate(points), Strip.joined(parts), np.concatenate(shifts)
 
 
-def strip_of(elements, ends, terms, shift, unit, inertia, control):
+def strip_of(elements, ends, terms, spare, shift, unit, inertia, control):
     """Segments reduced and joined at n points.
 
     Parameters
     ----------
     elements : Elements
     ends : Ends
-    terms : int
-        Legendre bubbles of each segment.
+    terms, spare : int
+        Legendre bubbles of each segment, and how many of them symmetric ones do without.
     shift, unit : ndarray, shape (n,)
         σ of `held.reduced`, and the unit of the advance there.
     inertia : bool
@@ -94,7 +98,10 @@ def strip_of(elements, ends, terms, shift, unit, inertia, control):
         if key not in distinct:
             distinct[key] = Piece(segment, elements.pendulums[i], elements.lengths[i], start, end)
         order.append(list(distinct).index(key))
-    halves = [reduced(piece, terms, shift, unit, inertia) for piece in distinct.values()]
+    halves = [
+        reduced(piece, max(terms - spare, spare) if piece.parity else terms, shift, unit, inertia)
+        for piece in distinct.values()
+    ]
     size = at_contact.unknowns if contacts else 0
     supports, loads = np.zeros((2, len(contacts), size, size, shift.size))
     if not line and size:

@@ -28,7 +28,7 @@ SMALL_BESIDE = 0.1
 """Part of the way to the nearest held mode: what leads there is not a step to an eigenvalue."""
 NEAR_ZERO = 1e-9
 """In units of σ: an eigenvalue that is known to vanish is not below."""
-CLOSED = 1e-13
+CLOSED = 1e-14
 """Relative width of an interval that is narrow enough: where two eigenvalues coincide only this ends it."""
 MOST_STEPS = 100
 MOST_LOST = 3e6

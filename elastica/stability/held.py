@@ -32,8 +32,6 @@ from elastica.state import Segment
 
 BELOW = 1e-20
 """Relative distance from a held mode of what coincides with it."""
-FEWER_OF_HALVES = 4
-"""Bubbles that a symmetric segment needs less."""
 HELD, FREE, SHARED = "held", "free", "shared"
 """What becomes of the rotation or of the advance at an end: it is zero, its own, or that of a contact."""
 
@@ -177,8 +175,6 @@ def reduced(piece, terms, shift, unit=None, inertia=False):
         The even and the odd one, or the whole.
     """
     parity = piece.parity
-    if parity:
-        terms = max(terms - FEWER_OF_HALVES, FEWER_OF_HALVES)
     halves = []
     for half in (1, -1) if parity else (0,):
         Q, weight, inner = _constrained(*_forms(piece, terms, half, parity, unit, inertia))

@@ -57,7 +57,9 @@ def test_errors_are_as_large_as_the_methods_promise(measured):
     assert (better < 1e-2 * error.sel(curve="chain-consistent", task="equilibrium", setting=400.0)).all()
     spectral = error.sel(curve="spectral", task="eigenvalue")
     assert (spectral.sel(setting=4.0) > 1e-4).all()
-    assert (spectral.sel(setting=24.0) < 1e-12).all()
+    # A shape without contact is one element, whose poles are the nearer the longer it is.
+    assert (spectral.sel(setting=24.0) < 1e-9).all()
+    assert (spectral.sel(setting=48.0) < 1e-12).all()
     dense, chain = (
         error.sel(curve=curve, task=["equilibrium", "index", "eigenvalue"], setting=200.0).values
         for curve in ("dense", "chain-published")

@@ -13,7 +13,7 @@ from elastica.control import LOAD, SHORTENING
 from elastica.ends import parse_ends
 from elastica.equilibria.euler import euler_root
 from elastica.stability import dense, spectrum, vibration
-from elastica.stability.assembly import strip_of
+from elastica.stability.assembly import SPARE, strip_of
 from elastica.stability.elements import batches
 from elastica.state import parse_state
 
@@ -130,7 +130,7 @@ def ways_to_held(solution, control, of):
     for points, elements, terms in batches(solution, 4):
         shift = np.max([q.F for q in elements.pendulums], axis=0)
         unit = np.sqrt(solution.shortening[points])
-        strip = strip_of(elements, solution.ends, terms, shift, unit, inertia, control)
+        strip = strip_of(elements, solution.ends, terms, SPARE, shift, unit, inertia, control)
         held[points] = (np.sort(strip.held[0], axis=0)[:4] - shift).T
     return of(solution, 4, control)[:, :, None] - held[:, None]
 
