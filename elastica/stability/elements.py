@@ -34,7 +34,7 @@ STRAIGHT_PHASE = 320.0
 """The same for the straight strip, which has no poles."""
 BATCH_ENTRIES = 400_000
 """Entries of the matrices of a batch: larger ones leave the cache."""
-BATCH_VALUES = 16_000
+BATCH_VALUES = 8_000
 """Eigenvalues of a batch."""
 STRAIGHT = Segment(Kind(0, 1), 0, 0)
 AT_REST = 1e-100
