@@ -7,7 +7,7 @@ import numpy as np
 
 from elastica.stability.contacts import Edge
 from elastica.stability.counting import Strip
-from elastica.stability.elements import BATCH_VALUES, batches
+from elastica.stability.elements import BATCH_VALUES, SHIFT, batches
 from elastica.stability.held import FREE, HELD, SHARED, End, Piece, reduced
 
 SPARE = 4
@@ -16,15 +16,13 @@ LARGEST = 1e150
 """μ/κ is finite, so that nothing it is multiplied with overflows."""
 
 
-def strips(solution, count, shift, inertia, control, contacts_move=True, terms=None):
+def strips(solution, count, inertia, control, contacts_move=True, terms=None):
     """The solved points of a solution as strips with the same segments.
 
     Parameters
     ----------
     solution, count, contacts_move, terms
         As for `elements.batches`.
-    shift : callable
-        σ (n,) of Elements.
     inertia, control
         As for `strip_of`.
 
@@ -48,11 +46,11 @@ def strips(solution, count, shift, inertia, control, contacts_move=True, terms=N
         ):
             yield (*_joined(waiting), zeros)
             waiting = []
-        own = shift(elements)
+        shift = SHIFT * elements.growth if inertia else elements.largest_thrust
         unit = np.sqrt(solution.shortening.ravel()[points])
         spare = SPARE if terms is None else 0
-        strip = strip_of(elements, solution.ends, number, spare, own, unit, inertia, control)
-        waiting.append((points, strip, own))
+        strip = strip_of(elements, solution.ends, number, spare, shift, unit, inertia, control)
+        waiting.append((points, strip, shift))
         segments, zeros = elements.segments, elements.sliding if solution.state.line else 0
     if waiting:
         yield (*_joined(waiting), zeros)

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-TINY = np.finfo(float).tiny
+from elastica.pendulum.segments import TINY
 
 
 class Between(NamedTuple):

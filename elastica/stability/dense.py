@@ -24,15 +24,9 @@ import numpy as np
 
 from elastica.blas import single_threaded
 from elastica.control import LOAD
-from elastica.pendulum.segments import TINY, Pendulum
-from elastica.pendulum.swing import directions, start_phase
-from elastica.stability.elements import batches
+from elastica.pendulum.segments import TINY
+from elastica.stability.elements import LARGEST_GROWTH, SHIFT, batches, profile
 from elastica.stability.quadrature import reference_element, running_integral
-
-LARGEST_GROWTH = 9.0
-"""−ω² in units of c² stays below this (`vibration`)."""
-MARGIN = 1e-3
-"""Shift beyond the lowest ω² in the same units: far above rounding, small enough to keep the digits of ω²."""
 
 
 @single_threaded
@@ -53,10 +47,8 @@ def eigenvalues(solution, count, control=LOAD, points=None):
     """
     result = np.full((solution.status.size, count), np.nan)
     for some, elements, size in batches(solution, count, only=points, joined=True):
-        # Q ≥ −F ∫φ², since the reactions of a solved state push.
-        shift = np.max([q.F for q in elements.pendulums], axis=0)
         Q, weight = quadratic_forms(elements, size, control=control).constrained
-        values = _lowest(Q, weight, shift)
+        values = _lowest(Q, weight, elements.largest_thrust)
         zeros = elements.sliding if solution.state.line else 0
         result[some] = _with_zeros(values, zeros)[:, :count]
     return result.reshape(*solution.status.shape, count) if points is None else result[points]
@@ -69,8 +61,7 @@ def frequencies(solution, count, control=LOAD, points=None):
     result = np.full((solution.status.size, count), np.nan)
     for some, elements, terms in batches(solution, count, only=points, joined=True):
         Q, inertia = quadratic_forms(elements, terms, True, control).constrained
-        widest = np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0)
-        squares = _resolved(Q, inertia, widest**2, solution.index.ravel()[some] > 0)
+        squares = _resolved(Q, inertia, elements.growth, solution.index.ravel()[some] > 0)
         squares = _with_zeros(squares, elements.sliding if solution.state.line else 0)[:, :count]
         result[some] = np.sign(squares) * np.sqrt(np.abs(squares))
     return result.reshape(*solution.status.shape, count) if points is None else result[points]
@@ -190,14 +181,12 @@ def _lowest(Q, weight, shift):
 
 def _profile(elements, i, terms):
     """Thrust p cos θ + λ sin θ, cos θ and sin θ at the quadrature points of a segment, from A to B."""
-    kind, q = elements.segments[i].kind, Pendulum(*(field[:, None] for field in elements.pendulums[i]))
-    start = start_phase(kind, elements.pendulums[i])[:, None]
-    cos_psi, sin_psi = directions(q, start + q.r * elements.lengths[i][:, None] * reference_element(terms)[0])
-    cos = q.cos_alpha * cos_psi - q.sin_alpha * sin_psi
-    sin = elements.sides[i] * (q.cos_alpha * sin_psi + q.sin_alpha * cos_psi)
+    pendulum, length = elements.pendulums[i], elements.lengths[i]
+    cos, sin, thrust = profile(elements.segments[i].kind, pendulum, length, reference_element(terms)[0])
+    sin = elements.sides[i] * sin
     if elements.reverse[i]:
-        cos_psi, cos, sin = cos_psi[:, ::-1], cos[:, ::-1], -sin[:, ::-1]
-    return q.F * cos_psi, cos, sin
+        return thrust[:, ::-1], cos[:, ::-1], -sin[:, ::-1]
+    return thrust, cos, sin
 
 
 def _stiffness(thrust, ell, terms):
@@ -239,7 +228,7 @@ def _add_drift(weight, carried, place, drift, length):
 
 def _resolved(Q, inertia, scale, unstable):
     """All ω², ascending, shifted no further than needed: rounding of ω² grows with the shift."""
-    shift = MARGIN * scale
+    shift = SHIFT * scale
     if unstable.any():
         first = _lowest(Q[unstable], inertia[unstable], LARGEST_GROWTH * scale[unstable])[:, 0]
         shift[unstable] += 1.5 * np.maximum(-first, 0.0)

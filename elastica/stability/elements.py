@@ -15,6 +15,7 @@ from scipy.special import ellipkm1
 from elastica.codes import Status
 from elastica.equilibria.roots import pendulums_of
 from elastica.pendulum.segments import TINY, Kind, Pendulum
+from elastica.pendulum.swing import directions, start_phase
 from elastica.scales import FOUR_PI_SQUARED
 from elastica.state import Segment
 
@@ -28,6 +29,10 @@ LEAST_TERMS = 4
 TERMS_ROUNDED_TO, OF_LONG_WORDS, LONG_WORD = 4, 6, 8
 """Points with about as many terms share a batch; of words with more segments than the last the work is that
 of handing out many small arrays, and batches are larger."""
+LARGEST_GROWTH = 9.0
+"""−ω² in units of c² stays below this (`vibration`)."""
+SHIFT = 1e-3
+"""σ in the same units: far above rounding, small enough to keep the digits of ω²."""
 LONGEST_PHASE = 80.0
 """Longer segments are left out."""
 STRAIGHT_PHASE = 320.0
@@ -76,12 +81,44 @@ class Elements(NamedTuple):
     vertex: list
 
     @property
+    def largest_thrust(self):
+        """F, for which Q ≥ −F ∫φ²: the reactions of a solved state push; shape (n,)."""
+        return np.max([q.F for q in self.pendulums], axis=0)
+
+    @property
+    def growth(self):
+        """c², of which −ω² is at most `LARGEST_GROWTH` times (`vibration`), shape (n,)."""
+        return np.max([q.F * (1 + 4 * q.m) for q in self.pendulums], axis=0) ** 2
+
+    @property
     def sliding(self):
         """Full periods between places with θ = θ' = 0: of a line state each has an exact zero, θ'."""
         return sum(
             segment.kind.start == int(segment.kind.start) and not segment.kind.springs
             for segment in self.segments
         )
+
+
+def profile(kind, pendulum, length, points):
+    """The cosine and sine of θ, and the thrust p cos θ + λ sin θ, along a segment in its rising convention.
+
+    Parameters
+    ----------
+    kind : Kind
+    pendulum : Pendulum
+        Arrays of shape (n,).
+    length : ndarray, shape (n,)
+    points : ndarray, shape (q,)
+        Places between 0 and 1.
+
+    Returns
+    -------
+    cos, sin, thrust : ndarray, shape (n, q)
+    """
+    q = Pendulum(*(field[:, None] for field in pendulum))
+    cos_psi, sin_psi = directions(q, start_phase(kind, pendulum)[:, None] + q.r * length[:, None] * points)
+    cos = q.cos_alpha * cos_psi - q.sin_alpha * sin_psi
+    return cos, q.cos_alpha * sin_psi + q.sin_alpha * cos_psi, q.F * cos_psi
 
 
 def batches(solution, count, contacts_move=True, terms=None, only=None, joined=False):

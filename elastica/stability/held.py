@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from elastica.pendulum.segments import TINY, Pendulum
-from elastica.pendulum.swing import directions, start_phase
+from elastica.stability.elements import profile
 from elastica.stability.quadrature import element, running_integral
 from elastica.state import Segment
 
@@ -65,7 +65,7 @@ class Half(NamedTuple):
     Attributes
     ----------
     held : ndarray, shape (modes, n)
-        Its eigenvalues x_k with held ends, ascending; infinite where they are not resolved.
+        Its eigenvalues x_k with held ends, in no order; infinite where they are not resolved.
     coupling : ndarray, shape (u, u, modes, n)
         g_k g_kᵀ.
     stiffness, mass : ndarray, shape (u, u, n)
@@ -154,7 +154,7 @@ class Piece(NamedTuple):
         return 1 if both % 2 else -1 if self.segment.rise == 0 else 0
 
 
-def reduced(piece, terms, shift, unit=None, inertia=False):
+def reduced(piece, terms, shift, unit, inertia):
     """A segment reduced to what its ends share with contacts.
 
     Parameters
@@ -197,7 +197,7 @@ def _forms(piece, terms, half, parity, unit, inertia):
     """
     ell, ends = piece.length[:, None], (piece.start, piece.end)
     points, weights, basis, stiffness, mass = element(terms, half)
-    cos, sin, thrust = _course(piece, points)
+    cos, sin, thrust = profile(piece.segment.kind, piece.pendulum, piece.length, points)
     measure = weights * ell
     bubbles = basis.shape[1] - (1 if half else 2)
     rotations = [ends[0]._replace(rotation=_joint(ends, "rotation"))] if half else ends
@@ -251,15 +251,6 @@ def _joint(ends, what):
     """What both ends of a symmetric segment make of its halves' only unknown: shared where one of them is."""
     roles = [getattr(end, what) for end in ends]
     return SHARED if SHARED in roles else roles[0]
-
-
-def _course(piece, points):
-    """The cosine and sine of θ and the thrust p cos θ + λ sin θ at places between 0 and 1, shape (n, q)."""
-    q = Pendulum(*(field[:, None] for field in piece.pendulum))
-    phase = start_phase(piece.segment.kind, piece.pendulum)[:, None] + q.r * piece.length[:, None] * points
-    cos_psi, sin_psi = directions(q, phase)
-    cos = q.cos_alpha * cos_psi - q.sin_alpha * sin_psi
-    return cos, q.cos_alpha * sin_psi + q.sin_alpha * cos_psi, q.F * cos_psi
 
 
 def _over_modes(coupling, factor):

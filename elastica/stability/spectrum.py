@@ -103,7 +103,7 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         p = FOUR_PI_SQUARED * solution.P.ravel()[solved]
         result[solved] = euler_root(np.arange(1, count + 1), solution.ends) ** 2 - p[:, None]
         return result.reshape(*shape, count), index.reshape(shape)
-    for points, strip, shift, zeros in strips(solution, count, _shift, False, control, contacts_move, terms):
+    for points, strip, shift, zeros in strips(solution, count, False, control, contacts_move, terms):
         values, doubtful = counting.eigenvalues(strip, count, LEAST * shift, shift)
         result[points] = counting.with_zeros(strip, values - shift[:, None], shift, zeros)
         if doubtful.any():
@@ -111,8 +111,3 @@ def _eigenvalues(solution, count, control=LOAD, contacts_move=True, terms=None):
         if not contacts_move:
             index[points] = strip.below(shift)
     return result.reshape(*shape, count), index.reshape(shape)
-
-
-def _shift(elements):
-    """−Q is nowhere more than this times ∫φ², shape (n,)."""
-    return np.max([q.F for q in elements.pendulums], axis=0)

@@ -18,11 +18,7 @@ from elastica.control import LOAD
 from elastica.inputs import check_count
 from elastica.stability import counting, dense
 from elastica.stability.assembly import strips
-
-LARGEST_GROWTH = 9.0
-"""−ω² in units of c² stays below this."""
-SHIFT = 1e-3
-"""σ in the same units: far above rounding, small enough to keep the digits of ω²."""
+from elastica.stability.elements import LARGEST_GROWTH, SHIFT
 
 
 @single_threaded
@@ -52,15 +48,10 @@ def frequencies(solution, count, control=LOAD):
     # The straight strip keeps its shortening to first order by itself.
     control = LOAD if solution.state.straight else control
     result = np.full((solution.status.size, count), np.nan)
-    for points, strip, shift, zeros in strips(solution, count, _shift, True, control):
+    for points, strip, shift, zeros in strips(solution, count, True, control):
         squares, doubtful = counting.eigenvalues(strip, count, shift * (1 - LARGEST_GROWTH / SHIFT), shift)
         squares = counting.with_zeros(strip, squares - shift[:, None], shift, zeros)
         result[points] = np.sign(squares) * np.sqrt(np.abs(squares))
         if doubtful.any():
             result[points[doubtful]] = dense.frequencies(solution, count, control, points[doubtful])
     return result.reshape(*solution.status.shape, count)
-
-
-def _shift(elements):
-    """A small part of c², shape (n,)."""
-    return SHIFT * np.max([q.F * (1 + 4 * q.m) for q in elements.pendulums], axis=0) ** 2
